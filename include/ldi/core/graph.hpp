@@ -1,0 +1,111 @@
+// The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
+// neighbour a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
+#pragma once
+
+#include <ldi/config.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// The index of a neighbour that does not exist.
+inline constexpr std::int32_t no_pixel = -1;
+
+/// The four sides of a pixel. Up is towards smaller y.
+enum class side : std::uint8_t { up, down, left, right };
+
+/// All sides in the paper's order of exploration.
+inline constexpr side all_sides[] = {side::up, side::down, side::left, side::right};
+
+constexpr side opposite(side s) {
+    switch (s) {
+        case side::up: return side::down;
+        case side::down: return side::up;
+        case side::left: return side::right;
+        case side::right: break;
+    }
+    return side::left;
+}
+
+constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
+constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
+
+/// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
+/// mutual, `right[left[i]] == i`; the left neighbour of a pixel at (x, y) lies at (x - 1, y), and so on round.
+///
+/// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
+struct graph {
+    std::int32_t width = 0, height = 0;               ///< of the lattice
+    std::vector<std::int32_t> x, y;                   ///< position, K each
+    std::vector<std::int32_t> up, down, left, right;  ///< neighbour's index or no_pixel, K each
+
+    std::size_t size() const { return x.size(); }
+
+    std::vector<std::int32_t>& neighbours(side s) {
+        return const_cast<std::vector<std::int32_t>&>(std::as_const(*this).neighbours(s));
+    }
+    const std::vector<std::int32_t>& neighbours(side s) const {
+        switch (s) {
+            case side::up: return up;
+            case side::down: return down;
+            case side::left: return left;
+            case side::right: break;
+        }
+        return right;
+    }
+
+    std::int32_t neighbour(std::int32_t pixel, side s) const { return neighbours(s)[static_cast<std::size_t>(pixel)]; }
+
+    /// Makes room for K pixels; new ones are unset.
+    void resize(std::size_t count) {
+        for (std::vector<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+    }
+
+    /// Appends an unlinked pixel and returns its index.
+    std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
+        x.push_back(pixel_x), y.push_back(pixel_y);
+        for (side s : all_sides) neighbours(s).push_back(no_pixel);
+        return static_cast<std::int32_t>(size()) - 1;
+    }
+
+    /// Makes `b` the neighbour of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
+    void link(std::int32_t a, side s, std::int32_t b) {
+        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
+        std::int32_t& back = neighbours(opposite(s))[static_cast<std::size_t>(b)];
+        LDI_ASSERT(there == no_pixel && back == no_pixel);
+        there = b, back = a;
+    }
+
+    /// Removes the link of `a` on side `s`, if there is one.
+    void unlink(std::int32_t a, side s) {
+        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
+        if (there == no_pixel) return;
+        neighbours(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        there = no_pixel;
+    }
+};
+
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x.
+inline graph make_grid(std::int32_t width, std::int32_t height) {
+    LDI_ASSERT(width >= 0 && height >= 0);
+    graph g;
+    g.width = width, g.height = height;
+    g.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    std::size_t i = 0;
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x, ++i) {
+            const std::int32_t index = static_cast<std::int32_t>(i);
+            g.x[i] = x, g.y[i] = y;
+            g.up[i] = y > 0 ? index - width : no_pixel;
+            g.down[i] = y + 1 < height ? index + width : no_pixel;
+            g.left[i] = x > 0 ? index - 1 : no_pixel;
+            g.right[i] = x + 1 < width ? index + 1 : no_pixel;
+        }
+    return g;
+}
+
+}  // namespace ldi
