@@ -1,0 +1,19 @@
+# What ldi's own tests, benchmarks and examples are built with. A project that only links ldi::ldi never sees this.
+
+find_program(LDI_CCACHE ccache)
+mark_as_advanced(LDI_CCACHE)
+if(LDI_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    set(CMAKE_CXX_COMPILER_LAUNCHER "${LDI_CCACHE}")
+endif()
+
+set(CMAKE_CXX_EXTENSIONS OFF)
+
+add_library(ldi_development INTERFACE)
+target_compile_options(ldi_development INTERFACE
+    -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
+    $<$<BOOL:${LDI_WARNINGS_AS_ERRORS}>:-Werror>)
+target_include_directories(ldi_development INTERFACE "${PROJECT_SOURCE_DIR}")
+target_compile_definitions(ldi_development INTERFACE
+    LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
+target_link_libraries(ldi_development INTERFACE ldi::io)

@@ -1,0 +1,18 @@
+# Headers, targets and the package config that find_package(ldi) reads.
+
+include(CMakePackageConfigHelpers)
+include(GNUInstallDirs)
+set(package_dir "${CMAKE_INSTALL_DATADIR}/cmake/ldi")
+
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/ldi" DESTINATION include FILES_MATCHING PATTERN "*.hpp")
+install(TARGETS ldi EXPORT ldiTargets)
+install(EXPORT ldiTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
+if(LDI_BUILD_IO)
+    install(TARGETS ldi_io EXPORT ldiIoTargets)
+    install(EXPORT ldiIoTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
+    install(FILES cmake/Findstb.cmake cmake/Findprotozero.cmake DESTINATION "${package_dir}")
+endif()
+
+configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ldiConfig.cmake" INSTALL_DESTINATION "${package_dir}")
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
