@@ -23,4 +23,10 @@ struct chart_set {
     std::vector<chart> charts;
 };
 
+/// Where a chart lies in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
+struct chart_placement {
+    std::int32_t x = 0, y = 0;
+};
+
 }  // namespace ldi
