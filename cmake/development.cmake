@@ -17,3 +17,12 @@ target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
 target_link_libraries(ldi_development INTERFACE ldi::io)
+
+if(LDI_TEST_SINGLE_INCLUDE)
+    find_package(Python3 REQUIRED COMPONENTS Interpreter)
+    set(forward "${PROJECT_BINARY_DIR}/single_include_forward")
+    execute_process(
+        COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/single_include/amalgamate.py" --forward "${forward}"
+        COMMAND_ERROR_IS_FATAL ANY)
+    target_include_directories(ldi_development BEFORE INTERFACE "${forward}")
+endif()
