@@ -1,0 +1,292 @@
+// The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
+// samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
+// Weights fall off with the difference in disparity to the centre; samples next to an edge have none, which forces a decision
+// between the two sides.
+//
+// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighbouring
+// windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
+#pragma once
+
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace ldi {
+
+struct weighted_median_options {
+    /// Standard deviation of the Gaussian on the difference in disparity to the centre.
+    float sigma = 0.2F;
+    /// A sample with one of its 4 neighbours farther away than this in disparity has no weight.
+    float edge_threshold = 0.05F;
+};
+
+namespace detail::median {
+
+inline constexpr std::size_t radius = 2, side = 5, samples = 25;
+inline constexpr float none = std::numeric_limits<float>::infinity();
+
+// Four pixels side by side: one register on every processor that ldi has kernels for.
+using vector = float __attribute__((vector_size(16)));
+inline constexpr std::size_t wide = sizeof(vector) / sizeof(float);
+
+inline vector load(const float* from) {
+    vector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store(float* to, vector v) { std::memcpy(to, &v, sizeof v); }
+
+#if defined(__SSE__)
+// GCC does not see that the comparisons below are one instruction each.
+inline vector smaller(vector a, vector b) { return _mm_min_ps(a, b); }
+inline vector larger(vector a, vector b) { return _mm_max_ps(a, b); }
+#else
+inline vector smaller(vector a, vector b) { return b < a ? b : a; }
+inline vector larger(vector a, vector b) { return b < a ? a : b; }
+#endif
+
+inline void sort_two(vector& a, vector& b) {
+    const vector low = smaller(a, b);
+    b = larger(a, b);
+    a = low;
+}
+
+// One comparator of a network: the smaller value goes to `low`.
+struct comparator {
+    unsigned char low, high;
+};
+
+// Batcher's odd-even merge of two sorted lists given by the positions of their elements; appends comparators, returns the merged
+// order.
+template <std::size_t Capacity>
+struct network {
+    std::array<comparator, Capacity> comparators{};
+    std::size_t count = 0;
+};
+
+struct positions {
+    std::array<unsigned char, samples> at{};
+    std::size_t count = 0;
+    constexpr void add(unsigned char p) { at[count++] = p; }
+};
+
+template <std::size_t Capacity>
+constexpr positions merge(network<Capacity>& n, const positions& a, const positions& b) {
+    if (a.count == 0) return b;
+    if (b.count == 0) return a;
+    if (a.count == 1 && b.count == 1) {
+        n.comparators[n.count++] = {a.at[0], b.at[0]};
+        positions both;
+        both.add(a.at[0]), both.add(b.at[0]);
+        return both;
+    }
+    positions a_even, a_odd, b_even, b_odd;
+    for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
+    for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
+    // Even elements of both lists merge, odd elements of both merge; then neighbours in the interleaved list are put in order.
+    const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
+    positions merged;
+    merged.add(even.at[0]);
+    std::size_t i = 1, j = 0;
+    while (i < even.count || j < odd.count) {
+        if (i < even.count && j < odd.count) n.comparators[n.count++] = {odd.at[j], even.at[i]};
+        if (j < odd.count) merged.add(odd.at[j++]);
+        if (i < even.count) merged.add(even.at[i++]);
+    }
+    return merged;
+}
+
+constexpr positions range(unsigned char first, unsigned char last) {
+    positions p;
+    for (unsigned char i = first; i < last; ++i) p.add(i);
+    return p;
+}
+
+template <std::size_t Capacity>
+struct merge_network {
+    network<Capacity> steps;
+    positions order;  // where the i-th smallest value ends up
+};
+
+template <std::size_t Capacity>
+constexpr merge_network<Capacity> make_merge(unsigned char first_list, unsigned char both_lists) {
+    merge_network<Capacity> m;
+    m.order = merge(m.steps, range(0, first_list), range(first_list, both_lists));
+    return m;
+}
+
+inline constexpr merge_network<16> merge_columns = make_merge<16>(5, 10);
+inline constexpr merge_network<48> merge_pairs = make_merge<48>(10, 20);
+inline constexpr merge_network<64> merge_last = make_merge<64>(20, 25);
+inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4}, {2, 3}, {1, 4}, {0, 3}, {0, 2}, {1, 3}, {1, 2}}};
+
+// Runs a network on registers: everything is known at compile time, so that nothing but comparators is left.
+template <const auto& Network, std::size_t... Step>
+inline void run(vector* values, std::index_sequence<Step...>) {
+    (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
+}
+
+template <const auto& Network>
+inline void run(vector* values) {
+    run<Network>(values, std::make_index_sequence<Network.steps.count>{});
+}
+
+// The part of a row's work that neighbouring windows share: sorted columns, and sorted pairs of columns.
+struct sorted_columns {
+    std::vector<float> single[side], pair[2 * side];  // the i-th smallest at every x
+
+    explicit sorted_columns(std::size_t stride) {
+        for (std::vector<float>& plane : single) plane.resize(stride + wide);
+        for (std::vector<float>& plane : pair) plane.resize(stride + wide);
+    }
+
+    // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
+    void sort(const std::array<const float*, side>& rows, std::size_t stride) {
+        for (std::size_t x = 0; x < stride; x += wide) {
+            vector v[side];
+            for (std::size_t r = 0; r < side; ++r) v[r] = load(rows[r] + x);
+            for (const comparator& c : sort_five) sort_two(v[c.low], v[c.high]);
+            for (std::size_t r = 0; r < side; ++r) store(single[r].data() + x, v[r]);
+        }
+        for (std::size_t x = 0; x + wide < stride; x += wide) {
+            vector v[2 * side];
+            for (std::size_t r = 0; r < side; ++r) {
+                v[r] = load(single[r].data() + x);
+                v[side + r] = load(single[r].data() + x + 1);
+            }
+            run<merge_columns>(v);
+            for (std::size_t r = 0; r < 2 * side; ++r) store(pair[r].data() + x, v[merge_columns.order.at[r]]);
+        }
+    }
+
+    // Filters the four pixels whose windows start at column x.
+    //
+    // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
+    // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
+    // exactly.
+    vector filter(std::size_t x, vector centre, float sigma) const {
+        const vector low =
+            smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
+        const vector high =
+            larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
+        const auto alike = (high - centre < 0.39F * sigma) & (centre - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, centre, sigma);
+    }
+
+private:
+    void merge(std::size_t x, vector* all) const {
+        vector v[samples];
+        for (std::size_t r = 0; r < 2 * side; ++r) {
+            v[r] = load(pair[r].data() + x);
+            v[2 * side + r] = load(pair[r].data() + x + 2);
+        }
+        run<merge_pairs>(v);
+        for (std::size_t r = 0; r < 4 * side; ++r) all[r] = v[merge_pairs.order.at[r]];
+        for (std::size_t r = 0; r < side; ++r) all[4 * side + r] = load(single[r].data() + x + 4);
+        run<merge_last>(all);
+    }
+
+    vector merge_and_take_middle(std::size_t x) const {
+        vector all[samples];
+        merge(x, all);
+        return all[merge_last.order.at[samples / 2]];
+    }
+
+    vector merge_and_weigh(std::size_t x, vector centre, float sigma) const {
+        vector all[samples];
+        merge(x, all);
+        // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
+        const float falloff = 1.0F / (64.0F * sigma * sigma);
+        const vector zero = {}, one = zero + 1.0F;
+        vector weight[samples], total = zero;
+        for (std::size_t s = 0; s < samples; ++s) {
+            const vector difference = all[merge_last.order.at[s]] - centre;
+            const vector t = falloff * difference * difference;
+            vector w = one - t + 0.5F * t * t;
+            w *= w, w *= w, w *= w, w *= w, w *= w;
+            weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
+            total += weight[s];
+        }
+        vector preceding = zero, best = zero + none, result = centre;
+        for (std::size_t s = 0; s < samples; ++s) {
+            const vector difference = preceding + preceding + weight[s] - total;
+            const vector imbalance = difference < zero ? -difference : difference;
+            const auto better = (weight[s] > zero) & (imbalance < best);
+            best = better ? imbalance : best;
+            result = better ? all[merge_last.order.at[s]] : result;
+            preceding += weight[s];
+        }
+        return result;
+    }
+};
+
+}  // namespace detail::median
+
+/// disparity  H x W x 1, finite
+///
+/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight.
+template <executor Executor = const serial_executor>
+image<float> weighted_median(const image<float>& disparity, const weighted_median_options& options = {},
+                             Executor&& threads = {}) {
+    using namespace detail::median;
+    const std::size_t rows = height(disparity), columns = width(disparity);
+    image<float> result = make_image<float>(rows, columns);
+    if (rows == 0 || columns == 0) return result;
+
+    // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
+    const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
+    std::vector<float> seen((rows + 2 * radius) * stride, none);
+    const float threshold = options.edge_threshold;
+    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t y = first; y < last; ++y) {
+            const float* here = row(disparity, y);
+            const float* above = y > 0 ? row(disparity, y - 1) : here;
+            const float* below = y + 1 < rows ? row(disparity, y + 1) : here;
+            float* out = seen.data() + (y + radius) * stride + radius;
+            const auto sample = [&](std::size_t x, float left, float right) {
+                const float v = here[x];
+                const float vertical = std::max(std::abs(v - above[x]), std::abs(v - below[x]));
+                const float horizontal = std::max(std::abs(v - left), std::abs(v - right));
+                out[x] = std::max(vertical, horizontal) > threshold ? none : v;
+            };
+            sample(0, here[0], here[columns > 1 ? 1 : 0]);
+            for (std::size_t x = 1; x + 1 < columns; ++x) sample(x, here[x - 1], here[x + 1]);
+            if (columns > 1) sample(columns - 1, here[columns - 2], here[columns - 1]);
+        }
+    });
+
+    parallel_for(threads, rows, 8, [&](std::size_t first, std::size_t last) {
+        sorted_columns sorted(stride);
+        for (std::size_t y = first; y < last; ++y) {
+            std::array<const float*, side> window;
+            for (std::size_t r = 0; r < side; ++r) window[r] = seen.data() + (y + r) * stride;
+            sorted.sort(window, stride);
+            const float* centre = row(disparity, y);
+            float* out = row(result, y);
+            std::size_t x = 0;
+            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(centre + x), options.sigma));
+            if (x < columns) {
+                float rest[wide] = {};
+                std::copy_n(centre + x, columns - x, rest);
+                store(rest, sorted.filter(x, load(rest), options.sigma));
+                std::copy_n(rest, columns - x, out + x);
+            }
+        }
+    });
+    return result;
+}
+
+}  // namespace ldi
