@@ -1,0 +1,74 @@
+// Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+#include <ldi/core/error.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace ldi {
+
+struct normalize_options {
+    /// This share of the pixels may lie beyond either end; they are clamped. Keeps a few wild values from squeezing all others.
+    float clipped_share = 0.001F;
+    /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
+    /// whose 8 bits are log disparity; 0 for a source with fine steps.
+    float relative_step = 0.0F;
+    /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
+    float largest_step = 0.02F;
+    /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
+    /// scale and shift: then distances are a guess, `assumed_range`.
+    bool is_inverse_depth = true;
+    /// In metres; used where distances are not known.
+    depth_range assumed_range = {};
+    /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
+    float largest_depth_ratio = 50.0F;
+};
+
+struct normalized_disparity {
+    image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
+    depth_range range;       ///< the distances that 1 and 0 stand for
+};
+
+/// source  H x W x 1, finite, larger is nearer
+///
+/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
+/// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
+/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive.
+inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+    std::vector<float> sorted(source.data(), source.data() + source.size());
+    if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
+    for (float value : sorted)
+        if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
+            raise(error_code::invalid_data, "disparity", options.is_inverse_depth ? "finite positive values" : "finite values",
+                  std::to_string(value));
+    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * static_cast<float>(sorted.size()));
+    const auto at = [&](std::size_t rank) {
+        const auto position = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
+        std::nth_element(sorted.begin(), position, sorted.end());
+        return *position;
+    };
+    const float lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
+    const float step = std::abs(highest) * options.relative_step;
+    const float span = std::max(highest - lowest, step / options.largest_step);
+
+    normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
+    const float scale = span > 0.0F ? 1.0F / span : 0.0F;
+    for (std::size_t i = 0; i < source.size(); ++i)
+        result.disparity.data()[i] = std::clamp(1.0F - (highest - source.data()[i]) * scale, 0.0F, 1.0F);
+    if (options.is_inverse_depth) {
+        // Without a unit the nearest surface is put at z_near of the assumed range; with span as above, 0 stands for highest -
+        // span.
+        const float farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        result.range.z_near = options.assumed_range.z_near;
+        result.range.z_far = options.assumed_range.z_near * (span > 0.0F ? highest / farthest : options.largest_depth_ratio);
+    }
+    return result;
+}
+
+}  // namespace ldi

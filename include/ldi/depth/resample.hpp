@@ -1,0 +1,160 @@
+// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on colour edges: joint
+// bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
+// weighted mean next to depth edges, so that no values appear between the two sides.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ldi {
+
+struct resample_options {
+    /// Samples that differ by more than this in disparity are on different surfaces.
+    float discontinuity_threshold = 0.05F;
+    /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
+    float spatial_sigma = 1.2F;
+    /// Standard deviation of the Gaussian on colour difference, in grey levels (Euclidean over the three channels).
+    float colour_sigma = 20.0F;
+};
+
+namespace detail::resample {
+
+inline constexpr int radius = 3, side = 2 * radius + 1;
+
+struct sample {
+    float disparity, spatial_x, spatial_y;
+    std::array<float, 3> colour;
+};
+
+// The mean colour of the photo's pixels whose centres fall on each sample of the map.
+inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
+    image<float> mean = make_image<float>(rows, columns, 3, 0.0F);
+    std::vector<float> count(rows * columns, 0.0F);
+    for (std::size_t y = 0; y < height(photo); ++y) {
+        const std::uint8_t* from = row(photo, y);
+        const std::size_t v = y * rows / height(photo);
+        for (std::size_t x = 0; x < width(photo); ++x) {
+            const std::size_t i = v * columns + x * columns / width(photo);
+            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
+            count[i] += 1.0F;
+        }
+    }
+    for (std::size_t i = 0; i < count.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= std::max(count[i], 1.0F);
+    return mean;
+}
+
+}  // namespace detail::resample
+
+/// disparity  h x w x 1, in [0, 1]
+/// photo      H x W x 3, of the same view
+///
+/// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
+/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in colour, smoothed over the samples on
+/// the median's side. A map at least as fine as the photo is point-sampled instead.
+template <executor Executor = const serial_executor>
+image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
+                               const resample_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::resample;
+    const std::size_t rows = height(disparity), columns = width(disparity);
+    if (disparity.size() == 0 || photo.size() == 0 || channels(disparity) != 1 || channels(photo) != 3)
+        raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
+              std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
+                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+    image<float> result = make_image<float>(height(photo), width(photo));
+    if (rows >= height(photo) && columns >= width(photo)) {
+        for (std::size_t y = 0; y < height(photo); ++y) {
+            const float* from = row(disparity, (2 * y + 1) * rows / (2 * height(photo)));
+            for (std::size_t x = 0; x < width(photo); ++x) row(result, y)[x] = from[(2 * x + 1) * columns / (2 * width(photo))];
+        }
+        return result;
+    }
+
+    const image<float> colours = colours_at_samples(photo, rows, columns);
+    const float scale_x = static_cast<float>(columns) / static_cast<float>(width(photo));
+    const float scale_y = static_cast<float>(rows) / static_cast<float>(height(photo));
+    const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
+    const float colour_falloff = 0.5F / (options.colour_sigma * options.colour_sigma);
+    const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
+        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1));
+    };
+
+    // All pixels nearest to one row of samples share their windows.
+    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
+        std::array<sample, side * side> window;
+        std::array<float, side * side> weight;
+        for (std::size_t v = first; v < last; ++v)
+            for (std::size_t u = 0; u < columns; ++u) {
+                std::size_t count = 0;
+                float low = row(disparity, v)[u], high = low;
+                for (int dv = -radius; dv <= radius; ++dv)
+                    for (int du = -radius; du <= radius; ++du) {
+                        const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(v) + dv, x = static_cast<std::ptrdiff_t>(u) + du;
+                        if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(rows) || x >= static_cast<std::ptrdiff_t>(columns))
+                            continue;
+                        const float d = row(disparity, static_cast<std::size_t>(y))[x];
+                        const float* c = row(colours, static_cast<std::size_t>(y)) + 3 * x;
+                        window[count++] = {d, static_cast<float>(x), static_cast<float>(y), {c[0], c[1], c[2]}};
+                        low = std::min(low, d), high = std::max(high, d);
+                    }
+                const bool near_edge = high - low > options.discontinuity_threshold;
+                if (near_edge)
+                    std::sort(window.begin(), window.begin() + static_cast<std::ptrdiff_t>(count),
+                              [](const sample& a, const sample& b) { return a.disparity < b.disparity; });
+
+                const std::size_t y_end = ((v + 1) * height(photo) + rows - 1) / rows,
+                                  x_end = ((u + 1) * width(photo) + columns - 1) / columns;
+                for (std::size_t y = (v * height(photo) + rows - 1) / rows; y < y_end; ++y)
+                    for (std::size_t x = (u * width(photo) + columns - 1) / columns; x < x_end; ++x) {
+                        const float at_x = (static_cast<float>(x) + 0.5F) * scale_x - 0.5F,
+                                    at_y = (static_cast<float>(y) + 0.5F) * scale_y - 0.5F;
+                        if (!near_edge) {
+                            const float floor_x = std::floor(at_x), floor_y = std::floor(at_y);
+                            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x),
+                                                 j = static_cast<std::ptrdiff_t>(floor_y);
+                            const float* above = row(disparity, clamped(j, rows));
+                            const float* below = row(disparity, clamped(j + 1, rows));
+                            const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
+                            const float fx = at_x - floor_x, fy = at_y - floor_y;
+                            row(result, y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
+                                                fy * ((1.0F - fx) * below[left] + fx * below[right]);
+                            continue;
+                        }
+                        const std::uint8_t* colour = row(photo, y) + 3 * x;
+                        float total = 0.0F;
+                        for (std::size_t s = 0; s < count; ++s) {
+                            const float dx = window[s].spatial_x - at_x, dy = window[s].spatial_y - at_y;
+                            float colour_distance = 0.0F;
+                            for (std::size_t c = 0; c < 3; ++c) {
+                                const float difference = window[s].colour[c] - static_cast<float>(colour[c]);
+                                colour_distance += difference * difference;
+                            }
+                            weight[s] =
+                                std::exp(-spatial_falloff * (dx * dx + dy * dy) - colour_falloff * colour_distance) + 1e-12F;
+                            total += weight[s];
+                        }
+                        std::size_t median = 0;
+                        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < count;) sum += weight[++median];
+                        float mean = 0.0F, share = 0.0F;
+                        for (std::size_t s = 0; s < count; ++s)
+                            if (std::abs(window[s].disparity - window[median].disparity) <= options.discontinuity_threshold) {
+                                mean += weight[s] * window[s].disparity;
+                                share += weight[s];
+                            }
+                        row(result, y)[x] = mean / share;
+                    }
+            }
+    });
+    return result;
+}
+
+}  // namespace ldi
