@@ -1,0 +1,43 @@
+// Where a 3D photo is looked at from (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+
+#include <array>
+
+namespace ldi {
+
+/// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
+struct view {
+    pinhole_camera camera;                   ///< size of the picture, focal length
+    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
+    std::array<float, 9> rotation{1, 0, 0, 0, 1,
+                                  0, 0, 0, 1};  ///< 3 x 3, row-major, orthonormal: from the camera's axes to the photo's
+
+    /// A direction given in the camera's axes, in the photo's.
+    std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
+        const std::array<float, 9>& r = rotation;
+        return {r[0] * d[0] + r[1] * d[1] + r[2] * d[2], r[3] * d[0] + r[4] * d[1] + r[5] * d[2],
+                r[6] * d[0] + r[7] * d[1] + r[8] * d[2]};
+    }
+
+    /// A point of the photo's space as the camera sees it: in its axes, itself at the origin.
+    std::array<float, 3> to_camera(const std::array<float, 3>& point) const {
+        const std::array<float, 9>& r = rotation;
+        const float x = point[0] - position[0], y = point[1] - position[1], z = point[2] - position[2];
+        return {r[0] * x + r[3] * y + r[6] * z, r[1] * x + r[4] * y + r[7] * z, r[2] * x + r[5] * y + r[8] * z};
+    }
+};
+
+/// The photo's camera moved within its image plane, not turned, so that points of `disparity` appear `pixels_right` and
+/// `pixels_down` from where the photo has them (negative: left, up). Farther points move less: by their depth's share.
+inline view moved_view(const pinhole_camera& camera, const depth_range& range, float disparity, float pixels_right,
+                       float pixels_down = 0) {
+    const float scale = range.depth(disparity) / camera.focal_length;
+    view result;
+    result.camera = camera;
+    result.position = {-pixels_right * scale, pixels_down * scale, 0};
+    return result;
+}
+
+}  // namespace ldi
