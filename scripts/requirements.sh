@@ -1,0 +1,62 @@
+# Sourced by tests/run.sh, examples/photo3d/run.sh and .ci/run: finds out what is missing on this machine and installs it.
+#
+#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME" or "header NAME".
+#                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
+
+# shellcheck shell=bash
+
+readonly needs_compiler=("command g++;g++")
+readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
+readonly needs_library=("header xtensor/xtensor.hpp;libxtensor-dev")
+readonly needs_io=("header stb/stb_image.h;libstb-dev" "header tiny_gltf.h;libtinygltf-dev" "header protozero/pbf_reader.hpp;libprotozero-dev")
+readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
+readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
+readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
+readonly needs_validator=("command node;nodejs" "command npm;npm")
+readonly needs_clang=("command clang++;clang" "command clang-format;clang-format")
+
+# Prints those of the given needs that this machine does not meet.
+missing_needs() {
+    local need kind name headers=""
+    for need in "$@"; do
+        read -r kind name <<<"${need%%;*}"
+        if [ "$kind" = command ]; then
+            command -v "$name" >/dev/null || printf '%s\n' "$need"
+        else
+            headers+="#if !__has_include(<$name>)"$'\n'"$need"$'\n'"#endif"$'\n'
+        fi
+    done
+    if [ -n "$headers" ]; then
+        printf '%s' "$headers" | "${CXX:-g++}" -E -P -x c++ - | sed '/^ *$/d'
+    fi
+}
+
+require() {
+    local missing packages
+    # The compiler comes first: it is what looks for headers.
+    if [ -z "${CXX:-}" ] && ! command -v g++ >/dev/null; then
+        install_or_end "${needs_compiler[@]}"
+    fi
+    mapfile -t missing < <(missing_needs "$@")
+    if [ "${#missing[@]}" -gt 0 ]; then
+        install_or_end "${missing[@]}"
+        mapfile -t missing < <(missing_needs "$@")
+        if [ "${#missing[@]}" -gt 0 ]; then
+            printf 'Still missing after installing: %s\n' "${missing[@]}" >&2
+            exit 1
+        fi
+    fi
+}
+
+install_or_end() {
+    local as_root=()
+    [ "$(id -u)" = 0 ] || as_root=(sudo)
+    if ! command -v apt-get >/dev/null; then
+        printf 'This machine has no apt-get. Please install these yourself (with their Debian packages), then run this again:\n' >&2
+        printf '  %s\n' "${@/;/  in }" >&2
+        exit 1
+    fi
+    printf 'Installing:%s\n' "$(printf ' %s' "${@#*;}")" >&2
+    "${as_root[@]}" apt-get update -q >&2
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${@#*;}" >&2
+}

@@ -1,0 +1,66 @@
+# Sourced by tests/run.sh and .ci/run: runs things, and counts what passed and what failed.
+#
+#   build_and_test PRESET [CMAKE_OPTION...]   every CTest test of a preset counts; a build that fails counts as one failure.
+#                                             Tests whose label matches exclude_labels, if set, are left out.
+#   count_step NAME COMMAND...                counts as one
+#   add_tally "N passed, N failed"            counts as it says; any other text is a failure
+#   print_tally                               "N passed, N failed", and the exit status that goes with it
+
+# shellcheck shell=bash
+
+passed=0
+failed=0
+jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+
+count_step() {
+    local name=$1 start=$SECONDS
+    shift
+    printf '\n== %s\n' "$name"
+    if "$@"; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        printf 'FAILED: %s\n' "$name"
+    fi
+    printf '== %s took %d s\n' "$name" $((SECONDS - start))
+}
+
+build_and_test() {
+    local preset=$1 start=$SECONDS built log summary
+    shift
+    printf '\n== %s\n' "$preset"
+    built=$SECONDS
+    if ! { cmake --preset "$preset" "$@" >/dev/null && cmake --build --preset "$preset" --parallel "$jobs" -- -k 0; }; then
+        failed=$((failed + 1))
+        printf 'FAILED: %s does not build\n' "$preset"
+    fi
+    printf '== %s: built in %d s\n' "$preset" $((SECONDS - built))
+
+    log=$(mktemp)
+    ctest --preset "$preset" --parallel "$jobs" ${exclude_labels:+--label-exclude "$exclude_labels"} 2>&1 | tee "$log" || true
+    # "94% tests passed, 3 tests failed out of 50"
+    summary=$(sed -nE 's/^[0-9]+% tests passed, ([0-9]+) tests failed out of ([0-9]+)$/\1 \2/p' "$log")
+    rm -f "$log"
+    if [ -n "$summary" ]; then
+        failed=$((failed + ${summary% *}))
+        passed=$((passed + ${summary#* } - ${summary% *}))
+    else
+        failed=$((failed + 1))
+        printf 'FAILED: %s ran no test\n' "$preset"
+    fi
+    printf '== %s took %d s\n' "$preset" $((SECONDS - start))
+}
+
+add_tally() {
+    if [[ $1 =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+        passed=$((passed + BASH_REMATCH[1]))
+        failed=$((failed + BASH_REMATCH[2]))
+    else
+        failed=$((failed + 1))
+    fi
+}
+
+print_tally() {
+    printf '\n%d passed, %d failed\n' "$passed" "$failed"
+    [ "$failed" = 0 ]
+}

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# The whole test suite: with g++, then with the address and undefined behaviour sanitizers, then Khronos' glTF validator on the GLB
+# files that the tests and the program write. Installs what is missing. Ends with "N passed, N failed".
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+
+require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
+
+build_and_test dev -DLDI_BUILD_BENCH=OFF
+# Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones.
+exclude_labels="build|slow" build_and_test sanitize
+
+if [ -d tests/gltf_validator ]; then
+    count_step "glTF validator" tests/gltf_validator/run.sh
+fi
+
+print_tally
