@@ -1,0 +1,90 @@
+// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas Generation").
+#pragma once
+
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/texture/charts.hpp>
+#include <ldi/texture/packing.hpp>
+#include <ldi/texture/padding.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ldi {
+
+struct atlas_options {
+    padding_options padding;
+    /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
+    std::int32_t max_side = 8192;
+    /// The colour of blocks that no chart touches.
+    std::uint8_t empty_colour[3] = {128, 128, 128};
+};
+
+struct texture_atlas {
+    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16
+    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its colour from
+    std::vector<chart_placement> placements;  ///< one a chart
+    float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
+};
+
+namespace detail {
+
+/// photo, refilled or occluded for each pixel.
+inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
+    const graph& g = layers.topology;
+    const std::vector<float>& disparity = layers.column<disparity_column>();
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const auto at = [&](std::size_t i) {
+        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
+    };
+    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
+    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
+    std::vector<texel_kind> kinds(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i)
+        kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
+    return kinds;
+}
+
+}  // namespace detail
+
+/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own, and
+/// only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative padding.
+template <executor Executor = const serial_executor>
+texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
+                         Executor&& threads = {}) {
+    const std::int32_t padding = options.padding.filter_padding;
+    if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+
+    const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
+    std::vector<rectangle_size> sizes;
+    sizes.reserve(charts.charts.size());
+    for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
+    const packing packed = pack(sizes, {options.max_side / macroblock_side});
+
+    texture_atlas atlas;
+    const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
+    const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
+    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3);
+    for (std::size_t i = 0; i < atlas_height * atlas_width; ++i) std::copy_n(options.empty_colour, 3, atlas.colour.data() + 3 * i);
+    atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
+    atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
+
+    const std::vector<texel_kind> kinds = detail::pixel_kinds(layers);
+    atlas.placements.resize(charts.charts.size());
+    parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
+        chart_padder padder(layers.topology, layers.column<colour_column>(), kinds, atlas.colour, atlas.kind);
+        for (std::size_t i = first; i < last; ++i) {
+            const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
+                                       sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
+            atlas.placements[i] = {room.x + padding, room.y + padding};
+            padder.draw(charts.charts[i], atlas.placements[i], room, options.padding);
+        }
+    });
+    return atlas;
+}
+
+}  // namespace ldi

@@ -1,0 +1,164 @@
+// Packs rectangles into one sheet: a tree that splits free rectangles (paper, section "Texture Atlas Generation", Packing; after
+// blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+#pragma once
+
+#include <ldi/core/error.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ldi {
+
+struct rectangle_size {
+    std::int32_t width = 0, height = 0;
+    friend bool operator==(const rectangle_size&, const rectangle_size&) = default;
+};
+
+struct rectangle_corner {
+    std::int32_t x = 0, y = 0;  ///< of the top left corner
+};
+
+/// Where each rectangle lies, and how large the sheet is that holds them all.
+struct packing {
+    rectangle_size sheet;
+    std::vector<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
+};
+
+/// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
+/// Only the free leaves are kept, from left to right: they are all that a search of the tree can end in.
+class packing_tree {
+public:
+    explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
+
+    /// Finds room for a rectangle; false if there is none.
+    bool insert(rectangle_size size, rectangle_corner& corner) {
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // for equal sizes, what was too small before still is
+        while (leaves_[before_].next != none) {
+            const std::size_t found = leaves_[before_].next;
+            if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
+                corner = leaves_[found].corner;
+                take(found, size);
+                return true;
+            }
+            before_ = found;
+        }
+        return false;
+    }
+
+private:
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+    struct leaf {
+        rectangle_corner corner;
+        rectangle_size size;
+        std::size_t next;
+    };
+
+    /// Splits what the rectangle leaves over: first off the whole side where more is left, then the rest of the other.
+    void take(std::size_t found, rectangle_size size) {
+        const leaf old = leaves_[found];
+        const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
+        const bool vertically = right > below;
+        const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
+        const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
+        leaves_[before_].next = old.next;
+        // The leaf within the strip that the rectangle was cut from comes first in the tree.
+        add(vertically ? beside : under);
+        add(vertically ? under : beside);
+    }
+
+    void add(leaf l) {
+        if (l.size.width == 0 || l.size.height == 0) return;
+        l.next = leaves_[before_].next;
+        leaves_[before_].next = leaves_.size();
+        leaves_.push_back(l);
+    }
+
+    std::vector<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    std::size_t before_ = 0;
+    rectangle_size last_size_;
+};
+
+struct packing_options {
+    std::int32_t max_side = 512;  ///< the sheet is at most this wide and high
+};
+
+namespace detail {
+
+/// Large ones first: by the longer side, then by the shorter, then in the caller's order.
+inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
+    std::vector<std::size_t> order(sizes.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        const rectangle_size m = sizes[a], n = sizes[b];
+        if (std::max(m.width, m.height) != std::max(n.width, n.height)) return std::max(m.width, m.height) > std::max(n.width, n.height);
+        if (std::min(m.width, m.height) != std::min(n.width, n.height)) return std::min(m.width, m.height) > std::min(n.width, n.height);
+        if (m.width != n.width) return m.width > n.width;
+        return a < b;
+    });
+    return order;
+}
+
+inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std::size_t> order, rectangle_size sheet,
+                      std::vector<rectangle_corner>& corners) {
+    packing_tree tree(sheet);
+    corners.resize(sizes.size());
+    for (std::size_t i : order)
+        if (!tree.insert(sizes[i], corners[i])) return false;
+    return true;
+}
+
+}  // namespace detail
+
+/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 2:3 to 3:2 and keeps the smallest.
+/// Raises error_code::too_large if none up to max_side x max_side holds them.
+inline packing pack(std::span<const rectangle_size> sizes, const packing_options& options = {}) {
+    if (sizes.empty()) return {};
+    rectangle_size largest;
+    std::int64_t area = 0;
+    for (const rectangle_size& s : sizes) {
+        LDI_ASSERT(s.width > 0 && s.height > 0);
+        largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
+        area += std::int64_t{s.width} * s.height;
+    }
+    const std::vector<std::size_t> order = detail::packing_order(sizes);
+
+    packing best;
+    std::vector<rectangle_corner> corners;
+    const auto sheet_area = [](rectangle_size s) { return std::int64_t{s.width} * s.height; };
+    const auto fits = [&](rectangle_size sheet) {
+        if (!detail::pack_into(sizes, order, sheet, corners)) return false;
+        best.sheet = sheet;
+        best.corners = corners;
+        return true;
+    };
+    const double side = std::sqrt(static_cast<double>(area));
+    for (double stretch = 0.84; stretch < 1.25; stretch += 0.05) {
+        const std::int32_t width = std::max(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
+        if (width > options.max_side) continue;
+        // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
+        std::int32_t low = std::max(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
+        const std::int32_t below_best = best.corners.empty() ? options.max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
+        std::int32_t high = std::min(options.max_side, below_best);
+        if (low > high || !fits({width, high})) continue;
+        while (low < high) {
+            const std::int32_t middle = low + (high - low) / 2;
+            if (fits({width, middle}))
+                high = middle;
+            else
+                low = middle + 1;
+        }
+    }
+    if (best.corners.empty() && !fits({options.max_side, options.max_side}))
+        raise(error_code::too_large, "pack", "a sheet of at most " + std::to_string(options.max_side) + " a side",
+              std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
+    return best;
+}
+
+}  // namespace ldi

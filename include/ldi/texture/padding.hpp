@@ -1,0 +1,193 @@
+// Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
+// padding, a few texels thick: copied from the neighbouring chart where the surface goes on, diffused where it ends. Macroblock
+// padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
+#pragma once
+
+#include <ldi/core/image.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/texture/charts.hpp>
+#include <ldi/texture/diffusion.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ldi {
+
+/// JPEG codes colour in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+inline constexpr std::int32_t macroblock_side = 16;
+
+/// Where a texel of the atlas has its colour from: the classes of the paper's Figure "atlas".
+enum class texel_kind : std::uint8_t {
+    empty,       ///< in no block of a chart
+    photo,       ///< a pixel that the photo shows
+    refilled,    ///< a pixel in front, but so close to a silhouette that its colour was mixed and had to be inpainted
+    occluded,    ///< an inpainted pixel behind another
+    copied,      ///< filter padding from the neighbouring chart
+    diffused,    ///< filter padding where the surface ends
+    macroblock,  ///< the rest of a chart's blocks
+};
+
+/// A rectangle of the atlas, in texels.
+struct atlas_rectangle {
+    std::int32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+struct padding_options {
+    std::int32_t filter_padding = 4;  ///< thickness in texels, counted along rows and columns
+    int diffusion_rounds = 4;         ///< on each level, see diffusion.hpp
+};
+
+/// Draws and pads one chart after the other and keeps its memory for the next. One object serves one thread; charts whose
+/// rectangles share no texel may be drawn at the same time.
+class chart_padder {
+public:
+    /// kind_of  K: photo, refilled or occluded for each pixel
+    /// colour   the atlas, H x W x 3
+    /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    chart_padder(const graph& g, std::span<const std::uint8_t> colours, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& colour, image<texel_kind>& kind)
+        : graph_(g), colours_(colours.data()), kind_of_(kind_of.data()), colour_(colour.data()), kind_(kind.data()),
+          stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
+
+    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every side
+    ///       of the chart. Colours of texels that stay empty are left alone.
+    void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
+        draw_own(c, placement);
+        find_border(c, placement);
+        for (std::int32_t i = 0; i < options.filter_padding; ++i) grow_border();
+        fill_blocks(room, options.diffusion_rounds);
+    }
+
+private:
+    struct border_texel {
+        std::ptrdiff_t texel;
+        std::int32_t pixel;  // whose surface it shows; no_pixel beyond the surface's end
+    };
+
+    std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
+        const std::size_t i = static_cast<std::size_t>(pixel);
+        return (graph_.y[i] - c.y + placement.y) * stride_ + (graph_.x[i] - c.x + placement.x);
+    }
+
+    std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
+
+    void draw_own(const chart& c, chart_placement placement) {
+        for (std::int32_t pixel : c.pixels) {
+            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
+            kind_[texel] = kind_of_[pixel];
+            copy_colour(texel, pixel);
+        }
+    }
+
+    void copy_colour(std::ptrdiff_t texel, std::int32_t pixel) {
+        for (std::ptrdiff_t channel = 0; channel < 3; ++channel)
+            colour_[3 * texel + channel] = colours_[3 * std::ptrdiff_t{pixel} + channel];
+    }
+
+    void find_border(const chart& c, chart_placement placement) {
+        border_.clear();
+        for (std::int32_t pixel : c.pixels) {
+            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
+            if (kind_[texel - 1] == texel_kind::empty || kind_[texel + 1] == texel_kind::empty ||
+                kind_[texel - stride_] == texel_kind::empty || kind_[texel + stride_] == texel_kind::empty)
+                border_.push_back({texel, pixel});
+        }
+    }
+
+    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts more
+    /// than that another ends.
+    void grow_border() {
+        next_border_.clear();
+        for (const border_texel& b : border_) {
+            if (b.pixel == no_pixel) continue;
+            for (side s : all_sides) {
+                const std::ptrdiff_t texel = b.texel + step(s);
+                const std::int32_t beyond = graph_.neighbour(b.pixel, s);
+                if (beyond == no_pixel || kind_[texel] != texel_kind::empty) continue;
+                kind_[texel] = texel_kind::copied;
+                copy_colour(texel, beyond);
+                next_border_.push_back({texel, beyond});
+            }
+        }
+        for (const border_texel& b : border_)
+            for (side s : all_sides) {
+                const std::ptrdiff_t texel = b.texel + step(s);
+                if (kind_[texel] != texel_kind::empty) continue;
+                kind_[texel] = texel_kind::diffused;
+                next_border_.push_back({texel, no_pixel});
+            }
+        border_.swap(next_border_);
+    }
+
+    static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
+    static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
+
+    /// Diffuses into all unknown texels of the blocks that the padded chart touches.
+    void fill_blocks(atlas_rectangle room, int rounds) {
+        diffusion_.start(room.width);
+        unknown_.clear();
+        cell_above_.assign(static_cast<std::size_t>(room.width), 0);
+        for (std::int32_t y = 0; y < room.height; ++y) {
+            if (y % macroblock_side == 0) find_open_blocks(room, y);
+            for (std::int32_t block : open_blocks_)
+                for (std::int32_t x = block; x < block + macroblock_side; ++x) add_unknown(room, x, y);
+        }
+        diffusion_.solve(rounds);
+        for (std::size_t i = 0; i < unknown_.size(); ++i) {
+            const diffusion::colour_type& value = diffusion_.colour(static_cast<std::int32_t>(i) + 1);
+            for (std::size_t channel = 0; channel < 3; ++channel)
+                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
+        }
+    }
+
+    /// Lists the blocks of one row of blocks that have unknown texels, and marks those.
+    void find_open_blocks(atlas_rectangle room, std::int32_t y) {
+        open_blocks_.clear();
+        for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
+            texel_kind* corner = kind_ + (room.y + y) * stride_ + room.x + x;
+            unsigned seen = 0;
+            for (std::int32_t i = 0; i < macroblock_side; ++i)
+                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= 1U << static_cast<unsigned>(corner[i * stride_ + j]);
+            constexpr unsigned empty = 1U << static_cast<unsigned>(texel_kind::empty);
+            constexpr unsigned diffused = 1U << static_cast<unsigned>(texel_kind::diffused);
+            if (seen == empty || (seen & (empty | diffused)) == 0) continue;
+            open_blocks_.push_back(x);
+            for (std::int32_t i = 0; i < macroblock_side; ++i)
+                std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty, texel_kind::macroblock);
+        }
+    }
+
+    void add_unknown(atlas_rectangle room, std::int32_t x, std::int32_t y) {
+        const std::ptrdiff_t texel = (room.y + y) * stride_ + room.x + x;
+        if (!is_unknown(kind_[texel])) return;
+        const std::int32_t cell = diffusion_.add_cell(x, y);
+        unknown_.push_back(texel);
+        const auto look = [&](bool inside, std::ptrdiff_t other) {
+            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbour(cell, colour_ + 3 * other);
+            return inside && is_unknown(kind_[other]);
+        };
+        if (look(x > 0, texel - 1)) diffusion_.link_left(cell, cell - 1);
+        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[static_cast<std::size_t>(x)]);
+        look(x + 1 < room.width, texel + 1);
+        look(y + 1 < room.height, texel + stride_);
+        cell_above_[static_cast<std::size_t>(x)] = cell;
+    }
+
+    const graph& graph_;
+    const std::uint8_t* colours_;
+    const texel_kind* kind_of_;
+    std::uint8_t* colour_;
+    texel_kind* kind_;
+    std::ptrdiff_t stride_;
+    std::vector<border_texel> border_, next_border_;
+    diffusion diffusion_;
+    std::vector<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    std::vector<std::int32_t> cell_above_, open_blocks_;
+};
+
+}  // namespace ldi
