@@ -28,7 +28,7 @@ struct resample_options {
 
 namespace detail::resample {
 
-inline constexpr int radius = 3, side = 2 * radius + 1;
+inline constexpr int radius = 3, diameter = 2 * radius + 1;
 
 struct sample {
     float disparity, spatial_x, spatial_y;
@@ -90,8 +90,8 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
 
     // All pixels nearest to one row of samples share their windows.
     parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
-        std::array<sample, side * side> window;
-        std::array<float, side * side> weight;
+        std::array<sample, diameter * diameter> window;
+        std::array<float, diameter * diameter> weight;
         for (std::size_t v = first; v < last; ++v)
             for (std::size_t u = 0; u < columns; ++u) {
                 std::size_t count = 0;

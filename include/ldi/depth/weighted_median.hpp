@@ -34,7 +34,7 @@ struct weighted_median_options {
 
 namespace detail::median {
 
-inline constexpr std::size_t radius = 2, side = 5, samples = 25;
+inline constexpr std::size_t radius = 2, diameter = 5, samples = 25;
 inline constexpr float none = std::numeric_limits<float>::infinity();
 
 // Four pixels side by side: one register on every processor that ldi has kernels for.
@@ -146,7 +146,7 @@ inline void run(vector* values) {
 
 // The part of a row's work that neighbouring windows share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    std::vector<float> single[side], pair[2 * side];  // the i-th smallest at every x
+    std::vector<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
 
     explicit sorted_columns(std::size_t stride) {
         for (std::vector<float>& plane : single) plane.resize(stride + wide);
@@ -154,21 +154,21 @@ struct sorted_columns {
     }
 
     // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
-    void sort(const std::array<const float*, side>& rows, std::size_t stride) {
+    void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
-            vector v[side];
-            for (std::size_t r = 0; r < side; ++r) v[r] = load(rows[r] + x);
+            vector v[diameter];
+            for (std::size_t r = 0; r < diameter; ++r) v[r] = load(rows[r] + x);
             for (const comparator& c : sort_five) sort_two(v[c.low], v[c.high]);
-            for (std::size_t r = 0; r < side; ++r) store(single[r].data() + x, v[r]);
+            for (std::size_t r = 0; r < diameter; ++r) store(single[r].data() + x, v[r]);
         }
         for (std::size_t x = 0; x + wide < stride; x += wide) {
-            vector v[2 * side];
-            for (std::size_t r = 0; r < side; ++r) {
+            vector v[2 * diameter];
+            for (std::size_t r = 0; r < diameter; ++r) {
                 v[r] = load(single[r].data() + x);
-                v[side + r] = load(single[r].data() + x + 1);
+                v[diameter + r] = load(single[r].data() + x + 1);
             }
             run<merge_columns>(v);
-            for (std::size_t r = 0; r < 2 * side; ++r) store(pair[r].data() + x, v[merge_columns.order.at[r]]);
+            for (std::size_t r = 0; r < 2 * diameter; ++r) store(pair[r].data() + x, v[merge_columns.order.at[r]]);
         }
     }
 
@@ -189,13 +189,13 @@ struct sorted_columns {
 private:
     void merge(std::size_t x, vector* all) const {
         vector v[samples];
-        for (std::size_t r = 0; r < 2 * side; ++r) {
+        for (std::size_t r = 0; r < 2 * diameter; ++r) {
             v[r] = load(pair[r].data() + x);
-            v[2 * side + r] = load(pair[r].data() + x + 2);
+            v[2 * diameter + r] = load(pair[r].data() + x + 2);
         }
         run<merge_pairs>(v);
-        for (std::size_t r = 0; r < 4 * side; ++r) all[r] = v[merge_pairs.order.at[r]];
-        for (std::size_t r = 0; r < side; ++r) all[4 * side + r] = load(single[r].data() + x + 4);
+        for (std::size_t r = 0; r < 4 * diameter; ++r) all[r] = v[merge_pairs.order.at[r]];
+        for (std::size_t r = 0; r < diameter; ++r) all[4 * diameter + r] = load(single[r].data() + x + 4);
         run<merge_last>(all);
     }
 
@@ -271,8 +271,8 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
     parallel_for(threads, rows, 8, [&](std::size_t first, std::size_t last) {
         sorted_columns sorted(stride);
         for (std::size_t y = first; y < last; ++y) {
-            std::array<const float*, side> window;
-            for (std::size_t r = 0; r < side; ++r) window[r] = seen.data() + (y + r) * stride;
+            std::array<const float*, diameter> window;
+            for (std::size_t r = 0; r < diameter; ++r) window[r] = seen.data() + (y + r) * stride;
             sorted.sort(window, stride);
             const float* centre = row(disparity, y);
             float* out = row(result, y);
