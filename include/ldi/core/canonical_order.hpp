@@ -13,7 +13,8 @@ namespace ldi {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
-/// disparity  K values, larger is nearer; breaks ties between runs that start at the same position. Empty: the old order does.
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
+///            order does.
 inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.

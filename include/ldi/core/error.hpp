@@ -71,8 +71,9 @@ private:
     error_details details_;
 };
 
-/// Called for every error in builds without exceptions. It must not return (long jump, end the thread or the process);
-/// if it does, or none is installed, the message is printed and the program ends.
+/// Called for every error in builds without exceptions. It must not return: it ends the thread or the process, or jumps out,
+/// which skips the destructors of what it jumps over. If it returns, or none is installed, the message is printed and the
+/// program ends.
 using error_handler = void (*)(const error_details&);
 
 namespace detail {

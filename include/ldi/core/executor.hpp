@@ -5,13 +5,16 @@
 #include <ldi/core/error.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <condition_variable>
 #include <cstddef>
 #include <exception>
-#include <memory>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <thread>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace ldi {
@@ -33,27 +36,29 @@ struct serial_executor {
     }
 };
 
-/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices but for the
-/// last. Pieces are cut the same way for any number of threads only if `body` does not care: stages must not.
-template <class Executor, class Body>
+/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
+/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it.
+template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    grain = std::max<std::size_t>(grain, 1);
     const std::size_t wanted = threads.concurrency() * 4;  // a few pieces a thread even out uneven work
-    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min(wanted, (count + grain - 1) / grain);
+    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
+    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {
         body(std::size_t{0}, count);
         return;
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t count, pieces;
-    } shared{&body, count, pieces};
+        std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+
+        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+    } shared{&body, count / pieces, count % pieces};
     threads.run(
         pieces,
         [](void* data, std::size_t i) {
             const task& t = *static_cast<task*>(data);
-            (*t.body)(t.count * i / t.pieces, t.count * (i + 1) / t.pieces);
+            (*t.body)(t.start(i), t.start(i + 1));
         },
         &shared);
 }
@@ -61,10 +66,13 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
 /// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
 class thread_pool {
 public:
-    /// threads  total number that work, the caller's included; 0 means as many as the machine has
+    /// threads  total number that work, the caller's included; 0 means as many as the machine has. If the system refuses to start
+    ///          so many, the pool is smaller.
     explicit thread_pool(std::size_t threads = 0) {
         if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
-        for (std::size_t i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+        workers_.reserve(threads - 1);
+        for (std::size_t i = 1; i < threads; ++i)
+            if (!start_worker()) break;
     }
     thread_pool(const thread_pool&) = delete;
     thread_pool& operator=(const thread_pool&) = delete;
@@ -91,6 +99,19 @@ public:
     }
 
 private:
+    bool start_worker() {
+#if LDI_HAS_EXCEPTIONS
+        try {
+            workers_.emplace_back([this] { work(); });
+        } catch (const std::exception&) {
+            return false;
+        }
+#else
+        workers_.emplace_back([this] { work(); });
+#endif
+        return true;
+    }
+
     void work() {
         std::unique_lock lock(mutex_);
         while (true) {

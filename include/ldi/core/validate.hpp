@@ -49,15 +49,24 @@ inline std::optional<violation> validate(const graph& g) {
     for (std::int32_t i = 0; i < count; ++i) {
         const std::size_t k = static_cast<std::size_t>(i);
         if (g.x[k] < 0 || g.x[k] >= g.width || g.y[k] < 0 || g.y[k] >= g.height) return violation{invariant::inside_lattice, i};
+    }
+    for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbours(s)[k];
+            const std::int32_t n = g.neighbour(i, s);
+            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbour_in_range, i};
+        }
+    for (std::int32_t i = 0; i < count; ++i)
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbour(i, s);
+            if (n != no_pixel && g.neighbour(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
+        }
+    for (std::int32_t i = 0; i < count; ++i)
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbour(i, s);
             if (n == no_pixel) continue;
-            if (n < 0 || n >= count) return violation{invariant::neighbour_in_range, i};
-            const std::size_t m = static_cast<std::size_t>(n);
-            if (g.neighbours(opposite(s))[m] != i) return violation{invariant::mutual_links, i};
+            const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
             if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
         }
-    }
     return std::nullopt;
 }
 
