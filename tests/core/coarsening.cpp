@@ -1,0 +1,219 @@
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/components.hpp>
+#include <ldi/core/validate.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ldi;
+using ldi::testing::random_layers;
+
+namespace {
+bool is_kept(const graph& g, std::int32_t pixel) {
+    return g.x[static_cast<std::size_t>(pixel)] % 2 == 0 && g.y[static_cast<std::size_t>(pixel)] % 2 == 0;
+}
+
+/// The first pixel that breadth-first exploration from `pixel` finds and `wanted` accepts, never stepping where `allowed` says
+/// no.
+template <class Allowed, class Wanted>
+std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Wanted&& wanted) {
+    std::vector<bool> seen(g.size(), false);
+    std::vector<std::int32_t> queue{pixel};
+    seen[static_cast<std::size_t>(pixel)] = true;
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+        if (wanted(queue[next])) return queue[next];
+        for (const side s : all_sides) {
+            const std::int32_t n = g.neighbour(queue[next], s);
+            if (n == no_pixel || seen[static_cast<std::size_t>(n)] || !allowed(n)) continue;
+            seen[static_cast<std::size_t>(n)] = true;
+            queue.push_back(n);
+        }
+    }
+    return no_pixel;
+}
+
+/// The parents as the documentation words them, one exploration a pixel.
+std::vector<std::int32_t> parents_by_exploration(const graph& g, const std::vector<std::int32_t>& kept) {
+    std::vector<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
+    for (std::size_t i = 0; i < kept.size(); ++i) coarse_index[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t i = 0; i < count; ++i) {
+        const std::size_t k = static_cast<std::size_t>(i);
+        const auto same_group = [&](std::int32_t n) {
+            const std::size_t m = static_cast<std::size_t>(n);
+            return g.x[m] / 2 == g.x[k] / 2 && g.y[m] / 2 == g.y[k] / 2;
+        };
+        const std::int32_t found = explore(g, i, same_group, [&](std::int32_t n) { return is_kept(g, n); });
+        if (found != no_pixel) in_group[k] = coarse_index[static_cast<std::size_t>(found)];
+    }
+    for (std::int32_t i = 0; i < count; ++i) {
+        const std::int32_t found = explore(
+            g, i, [](std::int32_t) { return true; },
+            [&](std::int32_t n) { return in_group[static_cast<std::size_t>(n)] != no_pixel; });
+        if (found != no_pixel) result[static_cast<std::size_t>(i)] = in_group[static_cast<std::size_t>(found)];
+    }
+    return result;
+}
+}  // namespace
+
+TEST_CASE("coarsening an image keeps every other pixel of every other row") {
+    for (const auto& [width, height] : {std::pair{0, 0}, {1, 1}, {2, 2}, {5, 4}, {4, 5}, {9, 1}, {1, 8}}) {
+        const coarsened result = coarsen(make_grid(width, height));
+        const std::int32_t coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
+        CHECK(testing::same_graph(result.topology, make_grid(coarse_width, coarse_height)));
+        for (std::int32_t i = 0; i < coarse_width * coarse_height; ++i)
+            CHECK(result.kept[static_cast<std::size_t>(i)] == i / coarse_width * 2 * width + i % coarse_width * 2);
+        for (std::int32_t i = 0; i < width * height; ++i)
+            CHECK(result.parent[static_cast<std::size_t>(i)] == i / width / 2 * coarse_width + i % width / 2);
+    }
+}
+
+TEST_CASE("inside a group: the direct way first, up then left before left then up") {
+    graph g;
+    g.width = g.height = 2;
+    const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);
+    const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
+    g.link(right, side::left, first_corner), g.link(below, side::up, second_corner);
+    g.link(diagonal, side::up, right), g.link(diagonal, side::left, below);
+    REQUIRE(coarsen(g).kept == std::vector<std::int32_t>{first_corner, second_corner});
+    CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 0, 1, 0});
+
+    SECTION("without the upper way everything goes by the left one") {
+        g.unlink(right, side::left);
+        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 1, 1, 1});
+    }
+    SECTION("without the left way everything goes by the upper one") {
+        g.unlink(below, side::up);
+        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 0, 0, 0});
+    }
+    SECTION("without either way there is no parent, because nothing else is in reach") {
+        g.unlink(below, side::up), g.unlink(right, side::left);
+        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
+    }
+}
+
+TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, then left, then right") {
+    graph g;
+    g.width = g.height = 4;
+    const std::int32_t a = g.add_pixel(0, 0), beside_a = g.add_pixel(1, 0), below_a = g.add_pixel(1, 1);
+    const std::int32_t b = g.add_pixel(2, 2), between_up_and_right = g.add_pixel(1, 2), between_down_and_left = g.add_pixel(2, 1);
+    const std::int32_t tail = g.add_pixel(3, 1), longer_tail = g.add_pixel(3, 0);
+    g.link(a, side::right, beside_a), g.link(beside_a, side::down, below_a);
+    g.link(below_a, side::down, between_up_and_right), g.link(below_a, side::right, between_down_and_left);
+    g.link(b, side::left, between_up_and_right), g.link(b, side::up, between_down_and_left);
+    g.link(between_down_and_left, side::right, tail), g.link(tail, side::up, longer_tail);
+    const coarsened result = coarsen(g);
+    REQUIRE(result.kept == std::vector<std::int32_t>{a, b});
+    CHECK(result.parent == std::vector<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
+}
+
+TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
+    graph g = make_grid(3, 1);
+    for (std::int32_t x = 0; x < 3; ++x) {
+        g.add_pixel(x, 0);
+        if (x > 0) g.link(2 + x, side::right, 3 + x);
+    }
+    const coarsened result = coarsen(g);
+    CHECK(result.kept == std::vector<std::int32_t>{0, 2, 3, 5});
+    CHECK(result.topology.right == std::vector<std::int32_t>{1, no_pixel, 3, no_pixel});
+    CHECK(result.parent == std::vector<std::int32_t>{0, 0, 1, 2, 2, 3});
+}
+
+TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
+    int layers_seen = 0;
+    testing::for_random_graphs(50, 2000, [&](const random_layers& layers, std::mt19937&) {
+        const coarsened result = coarsen(layers.topology);
+        REQUIRE_FALSE(validate(result.topology).has_value());
+        if (!validate_canonical(layers.topology).has_value()) REQUIRE_FALSE(validate_canonical(result.topology).has_value());
+        const coarsened twice = coarsen(result.topology);
+        REQUIRE_FALSE(validate(twice.topology).has_value());
+        ++layers_seen;
+    });
+    CHECK(layers_seen == 2000);
+}
+
+TEST_CASE("exactly the pixels at even positions are kept, in their order, at half their position") {
+    testing::for_random_graphs(51, 1000, [](const random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology;
+        const coarsened result = coarsen(g);
+        std::vector<std::int32_t> expected;
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
+            if (is_kept(g, i)) expected.push_back(i);
+        REQUIRE(result.kept == expected);
+        REQUIRE(result.topology.size() == expected.size());
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            REQUIRE(2 * result.topology.x[i] == g.x[static_cast<std::size_t>(expected[i])]);
+            REQUIRE(2 * result.topology.y[i] == g.y[static_cast<std::size_t>(expected[i])]);
+            REQUIRE(result.parent[static_cast<std::size_t>(expected[i])] == static_cast<std::int32_t>(i));
+        }
+    });
+}
+
+TEST_CASE("kept pixels are linked exactly where a path of two links joined them") {
+    testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology;
+        const coarsened result = coarsen(g);
+        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+            // Try all sixteen paths of two links, and file their ends by the direction they lie in.
+            std::vector<std::int32_t> found(4, no_pixel);
+            const std::int32_t from = result.kept[i];
+            for (const side first : all_sides)
+                for (const side second : all_sides) {
+                    const std::int32_t middle = g.neighbour(from, first);
+                    const std::int32_t end = middle == no_pixel ? no_pixel : g.neighbour(middle, second);
+                    if (end == no_pixel || !is_kept(g, end) || end == from) continue;
+                    const std::size_t a = static_cast<std::size_t>(from), b = static_cast<std::size_t>(end);
+                    for (std::size_t s = 0; s < 4; ++s)
+                        if (g.x[b] - g.x[a] == 2 * step_x(all_sides[s]) && g.y[b] - g.y[a] == 2 * step_y(all_sides[s])) {
+                            REQUIRE(found[s] == no_pixel);
+                            found[s] = result.parent[b];
+                        }
+                }
+            for (std::size_t s = 0; s < 4; ++s) REQUIRE(result.topology.neighbours(all_sides[s])[i] == found[s]);
+        }
+    });
+}
+
+TEST_CASE("parents are what exploration pixel by pixel finds") {
+    int beyond_group = 0, without_parent = 0;
+    testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology;
+        const coarsened result = coarsen(g);
+        REQUIRE(result.parent == parents_by_exploration(g, result.kept));
+
+        // Only a component without any kept pixel is without parents.
+        const components whole = connected_components(g);
+        std::vector<bool> has_kept(whole.count(), false);
+        for (const std::int32_t i : result.kept)
+            has_kept[static_cast<std::size_t>(whole.label[static_cast<std::size_t>(i)])] = true;
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            const std::int32_t parent = result.parent[i];
+            REQUIRE((parent != no_pixel) == has_kept[static_cast<std::size_t>(whole.label[i])]);
+            if (parent == no_pixel) {
+                ++without_parent;
+                continue;
+            }
+            const std::size_t p = static_cast<std::size_t>(parent);
+            REQUIRE(whole.label[static_cast<std::size_t>(result.kept[p])] == whole.label[i]);
+            if (result.topology.x[p] != g.x[i] / 2 || result.topology.y[p] != g.y[i] / 2) ++beyond_group;
+        }
+    });
+    CHECK(beyond_group > 2000);
+    CHECK(without_parent > 2000);
+}
+
+TEST_CASE("coarsening does not depend on the order of pixels") {
+    testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
+        const coarsened before = coarsen(g), after = coarsen(ldi::reordered(g, order));
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            const std::int32_t a = after.parent[i], b = before.parent[static_cast<std::size_t>(order[i])];
+            REQUIRE((a == no_pixel) == (b == no_pixel));
+            if (a != no_pixel)
+                REQUIRE(order[static_cast<std::size_t>(after.kept[static_cast<std::size_t>(a)])] ==
+                        before.kept[static_cast<std::size_t>(b)]);
+        }
+    });
+}

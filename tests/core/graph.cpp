@@ -1,0 +1,110 @@
+#include <ldi/core/graph.hpp>
+#include <ldi/core/validate.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ldi;
+
+TEST_CASE("sides come in the paper's order, and up is towards smaller y") {
+    REQUIRE(std::vector<side>(std::begin(all_sides), std::end(all_sides)) ==
+            std::vector<side>{side::up, side::down, side::left, side::right});
+    STATIC_REQUIRE((step_x(side::up) == 0 && step_y(side::up) == -1));
+    STATIC_REQUIRE((step_x(side::right) == 1 && step_y(side::right) == 0));
+    for (const side s : all_sides) {
+        CHECK(opposite(opposite(s)) == s);
+        CHECK(step_x(opposite(s)) == -step_x(s));
+        CHECK(step_y(opposite(s)) == -step_y(s));
+        CHECK(std::abs(step_x(s)) + std::abs(step_y(s)) == 1);
+    }
+}
+
+TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
+    for (const auto& [width, height] : {std::pair{0, 0}, {0, 5}, {1, 1}, {7, 1}, {1, 7}, {6, 4}}) {
+        const graph g = make_grid(width, height);
+        REQUIRE(g.size() == static_cast<std::size_t>(width * height));
+        REQUIRE_FALSE(validate_canonical(g).has_value());
+        for (std::int32_t i = 0; i < width * height; ++i) {
+            const std::int32_t x = i % width, y = i / width;
+            CHECK(g.x[static_cast<std::size_t>(i)] == x);
+            CHECK(g.y[static_cast<std::size_t>(i)] == y);
+            for (const side s : all_sides) {
+                const std::int32_t there_x = x + step_x(s), there_y = y + step_y(s);
+                const bool inside = there_x >= 0 && there_x < width && there_y >= 0 && there_y < height;
+                CHECK(g.neighbour(i, s) == (inside ? there_y * width + there_x : no_pixel));
+            }
+        }
+    }
+}
+
+TEST_CASE("each side has its own column") {
+    graph g = make_grid(3, 3);
+    CHECK(&g.neighbours(side::up) == &g.up);
+    CHECK(&g.neighbours(side::down) == &g.down);
+    CHECK(&g.neighbours(side::left) == &g.left);
+    CHECK(&g.neighbours(side::right) == &g.right);
+    CHECK(g.neighbour(4, side::up) == 1);
+    CHECK(g.neighbour(4, side::down) == 7);
+    CHECK(g.neighbour(4, side::left) == 3);
+    CHECK(g.neighbour(4, side::right) == 5);
+}
+
+TEST_CASE("an added pixel has no links") {
+    graph g = make_grid(2, 2);
+    REQUIRE(g.add_pixel(1, 1) == 4);
+    REQUIRE(g.size() == 5);
+    for (const side s : all_sides) CHECK(g.neighbour(4, s) == no_pixel);
+    CHECK_FALSE(validate(g).has_value());
+}
+
+TEST_CASE("linking is mutual, and unlinking undoes it") {
+    std::mt19937 random(1);
+    for (int repeat = 0; repeat < 300; ++repeat) {
+        const graph before = testing::random_graph(random).topology;
+        if (before.size() == 0) continue;
+        const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(before.size()));
+        const side s = testing::random_side(random);
+        const std::int32_t other = before.neighbour(pixel, s);
+
+        graph g = before;
+        g.unlink(pixel, s);
+        CHECK_FALSE(validate(g).has_value());
+        CHECK(g.neighbour(pixel, s) == no_pixel);
+        if (other == no_pixel) {
+            CHECK(testing::same_graph(g, before));
+            continue;
+        }
+        CHECK(g.neighbour(other, opposite(s)) == no_pixel);
+        g.link(other, opposite(s), pixel);
+        CHECK(testing::same_graph(g, before));
+    }
+}
+
+TEST_CASE("random graphs are sound, and have what makes layered images hard") {
+    std::size_t most_layers = 0, empty = 0, islands = 0, helices = 0;
+    std::int32_t graphs = 0;
+    testing::for_random_graphs(2, 2000, [&](const testing::random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology;
+        ++graphs;
+        REQUIRE_FALSE(validate(g).has_value());
+        if (graphs % 2 == 1) REQUIRE_FALSE(validate_canonical(g, layers.disparity).has_value());
+        if (g.size() == 0) ++empty;
+        std::vector<std::size_t> layers_at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])]);
+            bool linked = false;
+            for (const side s : all_sides) linked = linked || g.neighbours(s)[i] != no_pixel;
+            if (!linked) ++islands;
+            // Right, down, left, up ends on another layer than it began.
+            std::int32_t at = static_cast<std::int32_t>(i);
+            for (const side s : {side::right, side::down, side::left, side::up})
+                if (at != no_pixel) at = g.neighbour(at, s);
+            if (at != no_pixel && at != static_cast<std::int32_t>(i)) ++helices;
+        }
+    });
+    CHECK(most_layers >= 5);
+    CHECK(empty > 0);
+    CHECK(islands > 1000);
+    CHECK(helices > 200);
+}

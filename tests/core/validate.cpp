@@ -1,0 +1,138 @@
+#include <ldi/core/validate.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ldi;
+
+namespace {
+/// Breaks random graphs with `damage(graph, pixel, side, random)`, which returns false where that is impossible, and checks that
+/// the invariant is found broken at that pixel.
+template <class Damage>
+void detects(invariant expected, std::uint32_t seed, Damage&& damage) {
+    int broken = 0;
+    testing::for_random_graphs(seed, 600, [&](const testing::random_layers& layers, std::mt19937& random) {
+        graph g = layers.topology;
+        if (g.size() == 0) return;
+        REQUIRE_FALSE(validate(g).has_value());
+        const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));
+        if (!damage(g, pixel, testing::random_side(random), random)) return;
+        const std::optional<violation> found = validate(g);
+        REQUIRE(found.has_value());
+        CHECK(found->broken == expected);
+        CHECK(found->pixel == pixel);
+        ++broken;
+    });
+    CHECK(broken > 50);
+}
+}  // namespace
+
+TEST_CASE("sound graphs are found sound") {
+    CHECK_FALSE(validate(graph{}).has_value());
+    CHECK_FALSE(validate(make_grid(5, 3)).has_value());
+    testing::for_random_graphs(10, 500, [](const testing::random_layers& layers, std::mt19937&) {
+        REQUIRE_FALSE(validate(layers.topology).has_value());
+    });
+}
+
+TEST_CASE("a column of another length is detected") {
+    for (int column = 0; column < 6; ++column)
+        for (const int change : {-1, 1}) {
+            graph g = make_grid(4, 3);
+            std::vector<std::int32_t>* columns[] = {&g.x, &g.y, &g.up, &g.down, &g.left, &g.right};
+            columns[column]->resize(static_cast<std::size_t>(12 + change), no_pixel);
+            const std::optional<violation> found = validate(g);
+            REQUIRE(found.has_value());
+            CHECK(found->broken == invariant::equal_columns);
+            CHECK(found->pixel == no_pixel);
+        }
+}
+
+TEST_CASE("a position outside the lattice is detected") {
+    detects(invariant::inside_lattice, 11, [](graph& g, std::int32_t pixel, side s, std::mt19937&) {
+        const std::size_t i = static_cast<std::size_t>(pixel);
+        switch (s) {
+            case side::left: g.x[i] = -1; break;
+            case side::right: g.x[i] = g.width; break;
+            case side::up: g.y[i] = -1; break;
+            case side::down: g.y[i] = g.height; break;
+        }
+        return true;
+    });
+}
+
+TEST_CASE("a neighbour that is no pixel's index is detected") {
+    detects(invariant::neighbour_in_range, 12, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
+        g.neighbours(s)[static_cast<std::size_t>(pixel)] =
+            testing::chance(random, 50) ? static_cast<std::int32_t>(g.size()) : -2 - testing::below(random, 10);
+        return true;
+    });
+}
+
+TEST_CASE("a link that is not returned is detected") {
+    detects(invariant::mutual_links, 13, [](graph& g, std::int32_t pixel, side s, std::mt19937&) {
+        const std::int32_t there = g.neighbour(pixel, s);
+        if (there == no_pixel) return false;
+        g.neighbours(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        return true;
+    });
+    detects(invariant::mutual_links, 14, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
+        if (g.neighbour(pixel, s) != no_pixel) return false;
+        g.neighbours(s)[static_cast<std::size_t>(pixel)] = testing::below(random, static_cast<std::int32_t>(g.size()));
+        return true;
+    });
+}
+
+TEST_CASE("two pixels that claim one neighbour are detected") {
+    graph g = make_grid(2, 2);
+    const std::int32_t rival = g.add_pixel(0, 0);
+    g.right[static_cast<std::size_t>(rival)] = 1;
+    const std::optional<violation> found = validate(g);
+    REQUIRE(found.has_value());
+    CHECK(found->broken == invariant::mutual_links);
+    CHECK(found->pixel == rival);
+}
+
+TEST_CASE("a mutual link between pixels that are not side by side is detected") {
+    int broken = 0;
+    testing::for_random_graphs(15, 1000, [&](const testing::random_layers& layers, std::mt19937& random) {
+        graph g = layers.topology;
+        if (g.size() == 0) return;
+        const std::int32_t a = testing::below(random, static_cast<std::int32_t>(g.size()));
+        const std::int32_t b = testing::below(random, static_cast<std::int32_t>(g.size()));
+        const side s = testing::random_side(random);
+        const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+        const bool side_by_side = g.x[j] == g.x[i] + step_x(s) && g.y[j] == g.y[i] + step_y(s);
+        if (side_by_side || g.neighbour(a, s) != no_pixel || g.neighbour(b, opposite(s)) != no_pixel) return;
+        g.link(a, s, b);
+        const std::optional<violation> found = validate(g);
+        REQUIRE(found.has_value());
+        CHECK(found->broken == invariant::one_step_away);
+        CHECK(found->pixel == std::min(a, b));
+        ++broken;
+    });
+    CHECK(broken > 100);
+}
+
+TEST_CASE("pixels out of canonical order are detected where they stand") {
+    graph g = make_grid(4, 4);
+    std::vector<std::int32_t> order = canonical_order(g);
+    std::swap(order[6], order[9]);
+    const graph swapped = ldi::reordered(g, order);
+    CHECK_FALSE(validate(swapped).has_value());
+    const std::optional<violation> found = validate_canonical(swapped);
+    REQUIRE(found.has_value());
+    CHECK(found->broken == invariant::canonical_order);
+    CHECK(found->pixel == 6);
+}
+
+TEST_CASE("every invariant has a name of its own") {
+    std::vector<std::string_view> names;
+    for (const invariant i : {invariant::equal_columns, invariant::inside_lattice, invariant::neighbour_in_range,
+                              invariant::mutual_links, invariant::one_step_away, invariant::canonical_order})
+        names.push_back(to_string(i));
+    std::sort(names.begin(), names.end());
+    CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+    CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
+}

@@ -1,0 +1,204 @@
+#include <ldi/core/window.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <tuple>
+
+using namespace ldi;
+using ldi::testing::random_layers;
+
+namespace {
+using window = std::vector<std::int32_t>;
+constexpr std::int32_t none = no_pixel;
+
+window window_of(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+    window result(static_cast<std::size_t>(kernel_size * kernel_size), 12345);
+    gather_window(g, pixel, kernel_size, result);
+    return result;
+}
+
+/// The same window by another road: round by round, each element that is still free goes to the neighbouring element of the last
+/// round that was claimed first, and among its four sides to the first in order.
+window window_by_rounds(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+    struct claim {
+        std::int32_t element, pixel, rank;
+    };
+    window result(static_cast<std::size_t>(kernel_size * kernel_size), none);
+    std::vector<claim> last_round{{kernel_size * kernel_size / 2, pixel, 0}};
+    std::int32_t rank = 0;
+    while (!last_round.empty()) {
+        for (const claim& c : last_round) result[static_cast<std::size_t>(c.element)] = c.pixel;
+        std::vector<std::tuple<std::int32_t, int, std::int32_t, std::int32_t>> wins;  // rank, side, element, pixel
+        for (std::int32_t element = 0; element < kernel_size * kernel_size; ++element) {
+            if (result[static_cast<std::size_t>(element)] != none) continue;
+            std::tuple<std::int32_t, int, std::int32_t, std::int32_t> best{1 << 30, 0, 0, 0};
+            for (const claim& c : last_round)
+                for (int s = 0; s < 4; ++s) {
+                    const side to = all_sides[s];
+                    const std::int32_t column = c.element % kernel_size + step_x(to), row = c.element / kernel_size + step_y(to);
+                    const std::int32_t found = g.neighbour(c.pixel, to);
+                    if (column == element % kernel_size && row == element / kernel_size && found != none)
+                        best = std::min(best, {c.rank, s, element, found});
+                }
+            if (std::get<0>(best) != 1 << 30) wins.push_back(best);
+        }
+        std::sort(wins.begin(), wins.end());
+        last_round.clear();
+        for (const auto& win : wins) last_round.push_back({std::get<2>(win), std::get<3>(win), ++rank});
+    }
+    return result;
+}
+}  // namespace
+
+TEST_CASE("in an image a window is the square round its pixel, with nothing beyond the border") {
+    const graph g = make_grid(5, 4);
+    CHECK(window_of(g, 7, 1) == window{7});
+    CHECK(window_of(g, 7, 3) == window{1, 2, 3, 6, 7, 8, 11, 12, 13});
+    CHECK(window_of(g, 0, 3) == window{none, none, none, none, 0, 1, none, 5, 6});
+    CHECK(window_of(g, 19, 3) == window{13, 14, none, 18, 19, none, none, none, none});
+    for (const std::int32_t kernel_size : {1, 3, 5, 7, 9, 11, 13, 15})
+        for (std::int32_t i = 0; i < 20; ++i) {
+            window expected;
+            for (std::int32_t row = 0; row < kernel_size; ++row)
+                for (std::int32_t column = 0; column < kernel_size; ++column) {
+                    const std::int32_t x = i % 5 + column - kernel_size / 2, y = i / 5 + row - kernel_size / 2;
+                    expected.push_back(x >= 0 && x < 5 && y >= 0 && y < 4 ? y * 5 + x : none);
+                }
+            CHECK(window_of(g, i, kernel_size) == expected);
+        }
+}
+
+TEST_CASE("exploration goes round a silhouette, and stays away from what it cannot reach (the paper's 5 x 5 example)") {
+    // A wall right of the centre's column in all rows but the last; the two pixels in the top right corner are cut off.
+    //
+    //      0  1  2 | 3  4
+    //               --- --
+    //      5  6  7 | 8  9
+    //     10 11 12 |13 14
+    //     15 16 17 |18 19
+    //     20 21 22  23 24
+    graph g = make_grid(5, 5);
+    for (const std::int32_t i : {2, 7, 12, 17}) g.unlink(i, side::right);
+    for (const std::int32_t i : {3, 4}) g.unlink(i, side::down);
+    CHECK(window_of(g, 12, 5) ==
+          window{0, 1, 2, none, none, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24});
+    // The way round leads through the bottom row, which a 3 x 3 kernel does not see.
+    CHECK(window_of(g, 12, 3) == window{6, 7, none, 11, 12, none, 16, 17, none});
+}
+
+TEST_CASE("equally long paths to different layers: up and down are taken before left and right") {
+    //  Each corner of the centre 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
+    graph g;
+    g.width = g.height = 3;
+    const std::int32_t centre = g.add_pixel(1, 1);
+    const std::int32_t up = g.add_pixel(1, 0), down = g.add_pixel(1, 2), left = g.add_pixel(0, 1), right = g.add_pixel(2, 1);
+    const std::int32_t up_left = g.add_pixel(0, 0), up_right = g.add_pixel(2, 0);
+    const std::int32_t down_left = g.add_pixel(0, 2), down_right = g.add_pixel(2, 2);
+    const std::int32_t left_up = g.add_pixel(0, 0), left_down = g.add_pixel(0, 2);
+    const std::int32_t right_up = g.add_pixel(2, 0), right_down = g.add_pixel(2, 2);
+    g.link(centre, side::up, up), g.link(centre, side::down, down), g.link(centre, side::left, left);
+    g.link(centre, side::right, right);
+    g.link(up, side::left, up_left), g.link(up, side::right, up_right);
+    g.link(down, side::left, down_left), g.link(down, side::right, down_right);
+    g.link(left, side::up, left_up), g.link(left, side::down, left_down);
+    g.link(right, side::up, right_up), g.link(right, side::down, right_down);
+    CHECK(window_of(g, centre, 3) == window{up_left, up, up_right, left, centre, right, down_left, down, down_right});
+
+    g.unlink(up, side::left), g.unlink(down, side::right);
+    CHECK(window_of(g, centre, 3) == window{left_up, up, up_right, left, centre, right, down_left, down, right_down});
+
+    SECTION("the relation is not symmetric") {
+        g.link(up, side::left, up_left);
+        const window of_centre = window_of(g, centre, 3), of_left_up = window_of(g, left_up, 3);
+        CHECK(std::find(of_centre.begin(), of_centre.end(), left_up) == of_centre.end());
+        CHECK(std::find(of_left_up.begin(), of_left_up.end(), centre) != of_left_up.end());
+    }
+}
+
+TEST_CASE("a shorter path wins over a longer one that turns up first") {
+    //  Two layers at (2, 0): one is two steps away, right then up; the other four, up, up, right, down.
+    graph g;
+    g.width = 3, g.height = 4;
+    const std::int32_t centre = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
+    const std::int32_t up = g.add_pixel(1, 1), up_up = g.add_pixel(1, 0), over = g.add_pixel(2, 0), long_way = g.add_pixel(2, 1);
+    g.link(centre, side::right, right), g.link(right, side::up, short_way);
+    g.link(centre, side::up, up), g.link(up, side::up, up_up), g.link(up_up, side::right, over),
+        g.link(over, side::down, long_way);
+    const window full = window_of(g, centre, 5);
+    CHECK(full[1 * 5 + 3] == short_way);
+    CHECK(full[0 * 5 + 3] == over);
+    g.unlink(right, side::up);
+    CHECK(window_of(g, centre, 5)[1 * 5 + 3] == long_way);
+    CHECK(window_of(g, centre, 3) == window{none, up, none, none, centre, right, none, none, none});
+}
+
+TEST_CASE("round the end of a silhouette a window stays on its turn until another is nearer") {
+    // Four pixels a turn round the lattice point (1, 1); from the top left pixel of a turn right leads to the next turn.
+    graph g;
+    g.width = g.height = 2;
+    std::vector<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
+    for (std::size_t turn = 0; turn < 3; ++turn) {
+        a.push_back(g.add_pixel(0, 0)), b.push_back(g.add_pixel(1, 0));
+        c.push_back(g.add_pixel(0, 1)), d.push_back(g.add_pixel(1, 1));
+        g.link(a[turn], side::down, c[turn]);
+        g.link(c[turn], side::right, d[turn]);
+        g.link(d[turn], side::up, b[turn]);
+        if (turn > 0) g.link(a[turn - 1], side::right, b[turn]);
+    }
+    CHECK(window_of(g, a[1], 3) == window{none, none, none, none, a[1], b[2], none, c[1], d[1]});
+    CHECK(window_of(g, b[1], 3) == window{none, none, none, a[0], b[1], none, c[1], d[1], none});
+    CHECK(window_of(g, d[1], 3) == window{a[0], b[1], none, c[1], d[1], none, none, none, none});
+    CHECK(window_of(g, c[1], 3) == window{none, a[1], b[2], none, c[1], d[1], none, none, none});
+    CHECK(window_of(g, a[2], 3) == window{none, none, none, none, a[2], b[2], none, c[2], d[2]});
+}
+
+TEST_CASE("a window is what exploration round by round finds, on any graph") {
+    const std::int32_t sizes[] = {1, 3, 5, 7, 9, 15};
+    testing::for_random_graphs(20, 2500, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        for (int repeat = 0; repeat < 6 && g.size() > 0; ++repeat) {
+            const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));
+            const std::int32_t kernel_size = sizes[repeat];
+            REQUIRE(window_of(g, pixel, kernel_size) == window_by_rounds(g, pixel, kernel_size));
+        }
+    });
+}
+
+TEST_CASE("every element of a window lies where the kernel says, and joins the centre inside the window") {
+    testing::for_random_graphs(21, 500, [](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        for (std::int32_t pixel = 0; pixel < static_cast<std::int32_t>(g.size()); ++pixel) {
+            const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4), centre = kernel_size / 2;
+            const window found = window_of(g, pixel, kernel_size);
+            REQUIRE(found[found.size() / 2] == pixel);
+            for (std::int32_t element = 0; element < static_cast<std::int32_t>(found.size()); ++element) {
+                const std::int32_t there = found[static_cast<std::size_t>(element)];
+                if (there == none) continue;
+                const std::size_t i = static_cast<std::size_t>(pixel), j = static_cast<std::size_t>(there);
+                REQUIRE(g.x[j] - g.x[i] == element % kernel_size - centre);
+                REQUIRE(g.y[j] - g.y[i] == element / kernel_size - centre);
+                bool joined = there == pixel;
+                for (const side s : all_sides)
+                    joined = joined || (g.neighbour(there, s) != none &&
+                                        std::find(found.begin(), found.end(), g.neighbour(there, s)) != found.end());
+                REQUIRE(joined);
+            }
+        }
+    });
+}
+
+TEST_CASE("a window does not depend on the order of pixels") {
+    testing::for_random_graphs(22, 500, [](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
+        const graph moved = ldi::reordered(g, order);
+        for (std::int32_t repeat = 0; repeat < 10 && g.size() > 0; ++repeat) {
+            const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));
+            window there = window_of(moved, pixel, 5);
+            for (std::int32_t& i : there) i = i == none ? none : order[static_cast<std::size_t>(i)];
+            REQUIRE(there == window_of(g, order[static_cast<std::size_t>(pixel)], 5));
+        }
+    });
+}
