@@ -1,0 +1,91 @@
+// Area averaging of 8-bit rows in float: every pixel of the result is the mean of the rectangle of the source that it covers.
+// Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
+#pragma once
+
+#include <ldi/config.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ldi {
+
+/// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
+struct area_weights {
+    struct cover {
+        std::size_t first = 0;   ///< pixel of the source
+        std::size_t count = 0;   ///< of pixels
+        std::size_t weight = 0;  ///< of the first pixel, in `weights`
+    };
+    std::vector<cover> covers;   ///< one for each pixel of the result
+    std::vector<float> weights;  ///< those of a cover add up to 1
+};
+
+/// Lengths are at least 1 and their product is below 2^63.
+inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
+    LDI_ASSERT(source_length > 0 && result_length > 0);
+    // In units of 1 / (source_length * result_length) of the whole, both kinds of pixels have whole borders.
+    const std::uint64_t source = source_length, result = result_length;
+    area_weights made;
+    for (std::uint64_t i = 0; i < result; ++i) {
+        const std::uint64_t begin = i * source, end = begin + source;
+        const std::uint64_t first = begin / result, last = (end + result - 1) / result;
+        made.covers.push_back(
+            {static_cast<std::size_t>(first), static_cast<std::size_t>(last - first), made.weights.size()});
+        for (std::uint64_t s = first; s < last; ++s) {
+            const std::uint64_t overlap = std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
+            made.weights.push_back(static_cast<float>(static_cast<double>(overlap) / static_cast<double>(source)));
+        }
+    }
+    return made;
+}
+
+// A fused multiply-add would change the last bit of some pixels on machines that have it.
+#if defined(__clang__)
+#define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
+#else
+#define LDI_NO_FUSED_MULTIPLY_ADD
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/// Adds `weight` times the horizontally averaged `source` to `sums`.
+///
+/// source  pixels x channels      sums  covers x channels
+inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight, float* sums) {
+    LDI_NO_FUSED_MULTIPLY_ADD
+    for (const area_weights::cover& cover : horizontal.covers)
+        for (std::size_t c = 0; c < channels; ++c, ++sums) {
+            float mean = 0;
+            for (std::size_t i = 0; i < cover.count; ++i) {
+                const float value = static_cast<float>(source[(cover.first + i) * channels + c]);
+                const float share = horizontal.weights[cover.weight + i] * value;
+                mean += share;
+            }
+            const float share = weight * mean;
+            *sums += share;
+        }
+}
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+#undef LDI_NO_FUSED_MULTIPLY_ADD
+
+/// One row of the result.
+///
+/// source  H x W x channels       result  horizontal.covers x channels
+inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y, const std::uint8_t* source,
+                            std::size_t source_width, std::size_t channels, std::vector<float>& sums, std::uint8_t* result) {
+    sums.assign(horizontal.covers.size() * channels, 0.0F);
+    const area_weights::cover& rows = vertical.covers[y];
+    for (std::size_t i = 0; i < rows.count; ++i)
+        add_area_row(horizontal, source + (rows.first + i) * source_width * channels, channels, vertical.weights[rows.weight + i],
+                     sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+}
+
+}  // namespace ldi

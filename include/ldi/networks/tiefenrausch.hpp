@@ -1,0 +1,127 @@
+// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published. Build it from
+// what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/kernels/area_resize.hpp>
+#include <ldi/networks/detail/exponential.hpp>
+#include <ldi/nn/quantized_network.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace ldi {
+
+/// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
+class tiefenrausch {
+public:
+    static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
+    static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
+
+    /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
+    explicit tiefenrausch(const network_description& description) : network_(description) {
+        if (network_.input_channels() != 3 || network_.output_channels() != 1)
+            raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
+                  std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
+        const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
+        if (result != smallest)
+            raise(error_code::mismatch, "depth network", "a result as large as the input, 32 x 32",
+                  std::to_string(result.width) + " x " + std::to_string(result.height));
+    }
+
+    /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
+    static tensor_size network_size(tensor_size photo) {
+        const std::size_t longer = std::max(photo.height, photo.width);
+        const auto side = [&](std::size_t length) {
+            const std::size_t scaled = length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+            return std::max(scaled / alignment * alignment, alignment);
+        };
+        return {side(photo.height), side(photo.width)};
+    }
+
+    /// photo  H x W x 3, red, green, blue, 0 to 255
+    /// Returns the photo at network_size(), averaged over areas.
+    template <executor Executor>
+    static image<std::uint8_t> resize_for_network(const image<std::uint8_t>& photo, Executor& threads) {
+        if (photo.size() == 0 || channels(photo) != 3)
+            raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
+                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+        const tensor_size size = network_size({height(photo), width(photo)});
+        const area_weights horizontal = make_area_weights(width(photo), size.width);
+        const area_weights vertical = make_area_weights(height(photo), size.height);
+        image<std::uint8_t> result = make_image<std::uint8_t>(size.height, size.width, 3);
+        parallel_for(threads, size.height, 8, [&](std::size_t first, std::size_t last) {
+            std::vector<float> sums;
+            for (std::size_t y = first; y < last; ++y)
+                area_resize_row(horizontal, vertical, y, photo.data(), width(photo), 3, sums, row(result, y));
+        });
+        return result;
+    }
+
+    /// rgb      H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// observe  as in quantized_network::run
+    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation log_disparity_quantization().
+    template <executor Executor, class Observe = quantized_network::ignore_layers>
+    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe = {}) const {
+        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
+                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+        return network_.run(quantize(rgb), threads, observe);
+    }
+
+    /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
+    /// follow  is told of progress as stage "depth"
+    /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
+    template <executor Executor>
+    image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
+        const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
+            follow.report("depth", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
+        };
+        const image<std::uint8_t> logarithm = log_disparity(resize_for_network(photo, threads), threads, progress);
+        const std::array<float, 256> table = disparity_table();
+        image<float> result = make_image<float>(height(logarithm), width(logarithm));
+        std::transform(logarithm.data(), logarithm.data() + logarithm.size(), result.data(),
+                       [&](std::uint8_t q) { return table[q]; });
+        return result;
+    }
+
+    quantization log_disparity_quantization() const { return network_.output_quantization(); }
+
+    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge.
+    float quantization_step() const { return detail::exponential(log_disparity_quantization().scale); }
+
+private:
+    /// What each 8-bit result of the network stands for: exp of its value.
+    std::array<float, 256> disparity_table() const {
+        const quantization q = log_disparity_quantization();
+        std::array<float, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const float logarithm = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
+            table[i] = detail::exponential(logarithm);
+        }
+        return table;
+    }
+
+    /// The network takes colour in [0, 1].
+    image<std::uint8_t> quantize(const image<std::uint8_t>& rgb) const {
+        const quantization q = network_.input_quantization();
+        std::array<std::uint8_t, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const float steps = static_cast<float>(i) / 255.0F / q.scale;
+            table[i] = static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
+        }
+        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
+        std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
+        return result;
+    }
+
+    quantized_network network_;
+};
+
+}  // namespace ldi
