@@ -22,16 +22,16 @@ struct lift_options {
 /// colour     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch if
-/// the images differ in size.
+/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch
+/// if the images differ in size.
 template <executor Executor = const serial_executor>
 photo_layers lift(const image<std::uint8_t>& colour, const image<float>& disparity, const lift_options& options = {},
                   Executor&& threads = {}) {
     const std::size_t rows = height(disparity), columns = width(disparity);
     if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) + " and " +
-                  std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
+              std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) +
+                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
 
     photo_layers layers;
     graph& g = layers.topology;
