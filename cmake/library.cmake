@@ -13,11 +13,15 @@ target_link_libraries(ldi INTERFACE xtensor Threads::Threads)
 
 if(LDI_BUILD_IO)
     find_package(stb REQUIRED)
-    find_package(protozero REQUIRED)
+    find_package(PNG REQUIRED)
+    find_package(ZLIB REQUIRED)
+    find_package(libexif REQUIRED)
     find_package(TinyGLTF REQUIRED)
+    find_package(protozero REQUIRED)
 
     add_library(ldi_io INTERFACE)
     add_library(ldi::io ALIAS ldi_io)
     set_target_properties(ldi_io PROPERTIES EXPORT_NAME io)
-    target_link_libraries(ldi_io INTERFACE ldi::ldi stb::stb protozero::protozero TinyGLTF::TinyGLTF)
+    target_link_libraries(ldi_io INTERFACE
+        ldi::ldi stb::stb PNG::PNG ZLIB::ZLIB libexif::libexif TinyGLTF::TinyGLTF protozero::protozero)
 endif()
