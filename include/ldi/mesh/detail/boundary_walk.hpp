@@ -1,0 +1,155 @@
+// Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
+// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
+// its boundary.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/texture/charts.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ldi::detail {
+
+constexpr int clockwise(int s) { return (s + 1) & 3; }
+constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
+constexpr int across(int s) { return (s + 2) & 3; }
+constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << s); }
+constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
+constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
+
+/// K bytes: bit s is set where side s of the pixel has no neighbour in the same chart. Pixels stand in canonical order.
+inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+    constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    std::vector<std::uint8_t> sides(g.size(), up | right | down | left);
+    const std::int32_t* const chart = chart_of.data();
+    const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
+    std::uint8_t* const bits = sides.data();
+    const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
+    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches go without a branch a
+    // pixel.
+    constexpr std::int32_t stretch = 16;
+    std::int32_t i = 0;
+    while (i < count) {
+        const std::int32_t below = g_down[i], here = chart[i];
+        std::int32_t end = count;
+        if (i + stretch < count) {
+            end = i + stretch;
+            if (below >= 0 && below + stretch <= count) {
+                std::int32_t difference = 0;
+                for (std::int32_t k = 0; k < stretch; ++k)
+                    difference |= (chart[i + k + 1] ^ here) | (chart[below + k] ^ here) | (g_right[i + k] ^ (i + k + 1)) |
+                                  (g_down[i + k] ^ (below + k));
+                if (difference == 0) {
+                    for (std::int32_t k = 0; k < stretch; ++k) clear(bits[i + k], right | down);
+                    for (std::int32_t k = 1; k <= stretch; ++k) clear(bits[i + k], left);
+                    for (std::int32_t k = 0; k < stretch; ++k) clear(bits[below + k], up);
+                    i = end;
+                    continue;
+                }
+            }
+        }
+        for (; i < end; ++i) {
+            const std::int32_t r = g_right[i], d = g_down[i];
+            if (r != no_pixel) {
+                if (r != i + 1)
+                    raise(error_code::mismatch, "mesh", "pixels in canonical order",
+                          "pixel " + std::to_string(i) + " whose right neighbour is not the next pixel");
+                if (chart[r] == chart[i]) clear(bits[i], right), clear(bits[r], left);
+            }
+            if (d != no_pixel && chart[d] == chart[i]) clear(bits[i], down), clear(bits[d], up);
+        }
+    }
+    return sides;
+}
+
+/// One side of one pixel: a step of a boundary.
+struct pixel_side {
+    std::int32_t pixel;
+    int side;
+    friend bool operator==(const pixel_side&, const pixel_side&) = default;
+};
+
+/// One corner of one pixel, from which others can be reached around the same point of the lattice.
+struct pixel_corner {
+    std::int32_t pixel;
+    int corner;
+    friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
+};
+
+/// Moves over a graph whose boundary sides are marked.
+class boundary_walker {
+public:
+    boundary_walker(const graph& g, const std::vector<std::uint8_t>& sides)
+        : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
+
+    std::int32_t neighbour(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
+    pixel_side twin(pixel_side e) const { return {neighbour(e.pixel, e.side), across(e.side)}; }
+
+    /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
+    template <class Visitor>
+    pixel_side next(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = clockwise(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbour(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = counter_clockwise(e.side);
+        }
+        return e;
+    }
+    pixel_side next(pixel_side e) const {
+        return next(e, [](std::int32_t) {});
+    }
+
+    /// The boundary side that comes before `e`.
+    template <class Visitor>
+    pixel_side previous(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = counter_clockwise(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbour(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = clockwise(e.side);
+        }
+        return e;
+    }
+
+    /// Corners of linked pixels at one point of the lattice are the same corner, across charts too. Visits the pixels of that
+    /// class in an order that does not depend on `c`, and returns the first of them, by which the class is known.
+    template <class Visitor>
+    pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
+        pixel_corner first = c, smallest = c;
+        while (true) {  // links around a point make a path or a ring
+            const std::int32_t n = neighbour(first.pixel, first.corner);
+            if (n == no_pixel) break;
+            first = {n, counter_clockwise(first.corner)};
+            if (first.pixel < smallest.pixel) smallest = first;
+            if (first == c) {
+                first = smallest;
+                break;
+            }
+        }
+        pixel_corner at = first;
+        do {
+            visit(at.pixel);
+            const std::int32_t n = neighbour(at.pixel, counter_clockwise(at.corner));
+            if (n == no_pixel) break;
+            at = {n, clockwise(at.corner)};
+        } while (!(at == first));
+        return first;
+    }
+
+private:
+    const std::uint8_t* sides_;
+    std::array<const std::int32_t*, 4> links_;
+};
+
+}  // namespace ldi::detail

@@ -1,0 +1,279 @@
+// The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
+// "meshing" a), cut into pieces that neighbouring charts share.
+#pragma once
+
+#include <ldi/core/graph.hpp>
+#include <ldi/mesh/detail/boundary_walk.hpp>
+#include <ldi/texture/charts.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// What lies beyond a silhouette or the border of the photo.
+inline constexpr std::int32_t no_chart = -1;
+
+/// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
+struct outline_corner {
+    std::int32_t x, y;  ///< lattice point; pixel (x, y) has it as its top left corner
+    float disparity;    ///< the average over the pixels that share the corner
+};
+
+/// A stretch of boundary along which one chart lies on the right and one chart, or none, on the left. Pieces end where three or
+/// more charts meet, where silhouettes begin or end, at the corners of the photo and where an outline reaches its border.
+struct boundary_piece {
+    std::int32_t right_chart;  ///< the chart on the right hand
+    std::int32_t left_chart;   ///< the chart on the left hand, or no_chart
+    std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
+    std::int32_t first_inner;  ///< the corners in between are corners[first_inner .. first_inner + inner_count)
+    std::int32_t inner_count;
+};
+
+/// One piece as a chart's outline runs through it: forward for the chart on its right, backward for the chart on its left.
+struct outline_step {
+    std::int32_t piece;
+    bool reversed;
+};
+
+/// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
+struct chart_outlines {
+    std::vector<outline_corner> corners;
+    std::vector<boundary_piece> pieces;
+    std::vector<outline_step> steps;           ///< loop by loop
+    std::vector<std::int32_t> first_step;      ///< loop l has steps [first_step[l], first_step[l + 1])
+    std::vector<std::int32_t> first_loop;      ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    std::vector<std::uint8_t> boundary_sides;  ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+};
+
+/// Traces the outlines of all charts.
+///
+/// g          in canonical order (raises mismatch if not)
+/// disparity  K values
+/// charts     a partition of the pixels; no two pixels of a chart lie at one position
+chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+
+namespace detail {
+
+/// Finds the pieces one by one, from either side, then strings them together to loops.
+class outline_tracer {
+public:
+    outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
+        : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
+
+    void trace_pieces() {
+        std::vector<std::uint8_t>& sides = result_.boundary_sides;
+        std::vector<std::int32_t> boundary_pixels;
+        boundary_pixels.reserve(sides.size() / 16);
+        for (std::size_t i = 0; i < sides.size(); ++i) {
+            if (sides[i] == 0) continue;
+            boundary_pixels.push_back(static_cast<std::int32_t>(i));
+        }
+        result_.corners.reserve(boundary_pixels.size());
+        for (std::int32_t pixel : boundary_pixels)
+            for (int s = 0; s < 4; ++s)
+                if (walk_.is_boundary(pixel, s) && !is_traced({pixel, s})) trace_piece({pixel, s});
+        for (std::int32_t pixel : boundary_pixels) sides[static_cast<std::size_t>(pixel)] &= 0x0F;
+    }
+
+    void unite_junctions() {
+        std::sort(junctions_.begin(), junctions_.end(),
+                  [](const junction& a, const junction& b) { return a.key != b.key ? a.key < b.key : a.slot < b.slot; });
+        for (std::size_t j = 0; j < junctions_.size(); ++j) {
+            if (j == 0 || junctions_[j].key != junctions_[j - 1].key) result_.corners.push_back(junctions_[j].corner);
+            const std::int32_t id = static_cast<std::int32_t>(result_.corners.size()) - 1;
+            boundary_piece& piece = result_.pieces[junctions_[j].slot / 2];
+            (junctions_[j].slot % 2 == 0 ? piece.start : piece.end) = id;
+        }
+    }
+
+    void assemble_loops(std::size_t chart_count) {
+        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        std::vector<std::pair<std::int64_t, std::int32_t>> first_sides;
+        first_sides.reserve(2 * ends_.size());
+        for (std::size_t p = 0; p < ends_.size(); ++p) {
+            const std::int32_t half = static_cast<std::int32_t>(2 * p);
+            first_sides.emplace_back(key(ends_[p].first), half);
+            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), half + 1);
+        }
+        std::sort(first_sides.begin(), first_sides.end());
+        const auto successor = [&](std::int32_t half) {
+            const piece_ends& e = ends_[static_cast<std::size_t>(half / 2)];
+            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
+            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
+        };
+
+        struct loop {
+            std::int32_t chart, first, count;
+        };
+        std::vector<loop> loops;
+        std::vector<outline_step> steps;
+        std::vector<std::uint8_t> used(2 * ends_.size(), 0);
+        for (const auto& [side, first_half] : first_sides) {
+            if (used[static_cast<std::size_t>(first_half)]) continue;
+            const boundary_piece& piece = result_.pieces[static_cast<std::size_t>(first_half / 2)];
+            loops.push_back(
+                {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
+            std::int32_t half = first_half;
+            do {
+                used[static_cast<std::size_t>(half)] = 1;
+                steps.push_back({half / 2, half % 2 != 0});
+                half = successor(half);
+            } while (half != first_half);
+            loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
+        }
+
+        std::stable_sort(loops.begin(), loops.end(), [](const loop& a, const loop& b) { return a.chart < b.chart; });
+        result_.first_loop.assign(chart_count + 1, 0);
+        result_.steps.reserve(steps.size());
+        for (const loop& l : loops) {
+            result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+            result_.steps.insert(result_.steps.end(), steps.begin() + l.first, steps.begin() + l.first + l.count);
+            ++result_.first_loop[static_cast<std::size_t>(l.chart) + 1];
+        }
+        result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+        for (std::size_t c = 0; c < chart_count; ++c) result_.first_loop[c + 1] += result_.first_loop[c];
+    }
+
+private:
+    struct piece_ends {
+        pixel_side first, last;  // seen from the chart on the right
+    };
+    struct junction {
+        std::int64_t key;
+        std::size_t slot;  // 2 * piece for its start, 2 * piece + 1 for its end
+        outline_corner corner;
+    };
+    struct running_mean {
+        float sum = 0, count = 0;
+    };
+
+    static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
+    bool is_traced(pixel_side e) const {
+        return (result_.boundary_sides[static_cast<std::size_t>(e.pixel)] & (side_bit(e.side) << 4)) != 0;
+    }
+    void set_traced(pixel_side e) {
+        std::uint8_t& byte = result_.boundary_sides[static_cast<std::size_t>(e.pixel)];
+        byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
+    }
+
+    /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
+    /// apart.
+    std::int32_t partner(pixel_side e) const {
+        const std::int32_t n = walk_.neighbour(e.pixel, e.side);
+        if (n != no_pixel) return chart_of_[static_cast<std::size_t>(n)];
+        const std::size_t i = static_cast<std::size_t>(e.pixel);
+        const bool on_border = e.side == 0   ? g_.y[i] == 0
+                               : e.side == 1 ? g_.x[i] == g_.width - 1
+                               : e.side == 2 ? g_.y[i] == g_.height - 1
+                                             : g_.x[i] == 0;
+        return on_border ? -2 - e.side : no_chart;
+    }
+
+    void trace_piece(pixel_side seed) {
+        const std::int32_t other = partner(seed);
+        const std::size_t seed_pixel = static_cast<std::size_t>(seed.pixel);
+        const auto corner_x = [&](int corner) { return g_.x[seed_pixel] + (corner == 1 || corner == 2 ? 1 : 0); };
+        const auto corner_y = [&](int corner) { return g_.y[seed_pixel] + (corner >= 2 ? 1 : 0); };
+        const auto mark = [&](pixel_side e) {
+            set_traced(e);
+            if (other >= 0) set_traced(walk_.twin(e));
+        };
+        running_mean mean;
+        const auto visit = [&](std::int32_t pixel) {
+            mean.sum += disparity_[static_cast<std::size_t>(pixel)];
+            mean.count += 1.0F;
+        };
+
+        forward_.clear(), backward_.clear();
+        bool closed = false;
+        pixel_side last = seed;
+        std::int32_t x = corner_x(clockwise(seed.side)), y = corner_y(clockwise(seed.side));
+        while (true) {
+            mark(last);
+            mean = {};
+            const pixel_side following = walk_.next(last, visit);
+            if (partner(following) != other) break;
+            // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
+            if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
+            forward_.push_back({x, y, mean.sum / mean.count});
+            last = following;
+            if (last == seed) {
+                closed = true;
+                break;
+            }
+            x += heading_x(last.side), y += heading_y(last.side);
+        }
+        pixel_side first = seed;
+        x = corner_x(seed.side), y = corner_y(seed.side);
+        while (!closed) {
+            mean = {};
+            const pixel_side preceding = walk_.previous(first, visit);
+            if (partner(preceding) != other) break;
+            if (other >= 0 && !(walk_.next(walk_.twin(first), visit) == walk_.twin(preceding))) break;
+            backward_.push_back({x, y, mean.sum / mean.count});
+            first = preceding;
+            mark(first);
+            x -= heading_x(first.side), y -= heading_y(first.side);
+        }
+        add_piece(seed, first, closed ? walk_.previous(seed, [](std::int32_t) {}) : last, other, closed);
+    }
+
+    void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
+        std::vector<outline_corner>& corners = result_.corners;
+        boundary_piece piece{chart_of_[static_cast<std::size_t>(seed.pixel)], other < 0 ? no_chart : other, 0, 0, 0, 0};
+        piece.first_inner = static_cast<std::int32_t>(corners.size());
+        corners.insert(corners.end(), backward_.rbegin(), backward_.rend());
+        corners.insert(corners.end(), forward_.begin(), forward_.end());
+        const std::size_t index = result_.pieces.size();
+        piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
+        if (closed) {
+            piece.start = piece.end = static_cast<std::int32_t>(corners.size()) - 1;
+        } else {
+            add_junction(first.pixel, first.side, 2 * index);
+            add_junction(last.pixel, clockwise(last.side), 2 * index + 1);
+        }
+        result_.pieces.push_back(piece);
+        ends_.push_back({first, last});
+    }
+
+    void add_junction(std::int32_t pixel, int corner, std::size_t slot) {
+        running_mean mean;
+        const pixel_corner first = walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) {
+            mean.sum += disparity_[static_cast<std::size_t>(member)];
+            mean.count += 1.0F;
+        });
+        const std::size_t i = static_cast<std::size_t>(pixel);
+        const std::int32_t x = g_.x[i] + (corner == 1 || corner == 2 ? 1 : 0), y = g_.y[i] + (corner >= 2 ? 1 : 0);
+        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, {x, y, mean.sum / mean.count}});
+    }
+
+    const graph& g_;
+    std::span<const float> disparity_;
+    const std::vector<std::int32_t>& chart_of_;
+    chart_outlines& result_;
+    boundary_walker walk_;
+    std::vector<piece_ends> ends_;
+    std::vector<junction> junctions_;
+    std::vector<outline_corner> forward_, backward_;
+};
+
+}  // namespace detail
+
+inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+    LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
+    chart_outlines result;
+    result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
+    detail::outline_tracer tracer(g, disparity, charts, result);
+    tracer.trace_pieces();
+    tracer.unite_junctions();
+    tracer.assemble_loops(charts.charts.size());
+    return result;
+}
+
+}  // namespace ldi
