@@ -1,0 +1,33 @@
+// Forward declarations, for headers that only name ldi's types.
+#pragma once
+
+#include <cstdint>
+
+namespace ldi {
+
+enum class error_code;
+struct error_details;
+class error;
+
+enum class side : std::uint8_t;
+struct graph;
+struct colour_column;
+struct disparity_column;
+struct known_column;
+
+struct serial_executor;
+class thread_pool;
+struct observer;
+
+struct pinhole_camera;
+struct depth_range;
+
+struct discontinuity_curve;
+struct chart;
+struct chart_set;
+struct textured_mesh;
+
+struct photo3d;
+struct photo3d_options;
+
+}  // namespace ldi
