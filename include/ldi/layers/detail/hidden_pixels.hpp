@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -87,13 +88,16 @@ public:
             const bool from_base = is_base(p.old_first);
             const graph& source = from_base ? base_ : hidden_;
             const std::size_t from = from_base ? index(p.old_first) : hidden_index(p.old_first);
-            for (std::size_t i = 0; i < count; ++i) g.x[to + i] = source.x[from] + static_cast<std::int32_t>(i);
-            std::fill_n(g.y.begin() + static_cast<std::ptrdiff_t>(to), count, source.y[from]);
-            for (side s : all_sides) {
-                const std::int32_t* links = source.neighbours(s).data() + from;
-                std::int32_t* out = g.neighbours(s).data() + to;
-                for (std::size_t i = 0; i < count; ++i) out[i] = links[i] == no_pixel ? no_pixel : new_index[index(links[i])];
-            }
+            const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[index(pixel)]; };
+            std::iota(g.x.data() + to, g.x.data() + to + count, source.x[from]);
+            std::fill_n(g.y.data() + to, count, source.y[from]);
+            std::iota(g.left.data() + to, g.left.data() + to + count, p.new_first - 1);
+            std::iota(g.right.data() + to, g.right.data() + to + count, p.new_first + 1);
+            g.left[to] = moved(source.left[from]);
+            g.right[to + count - 1] = moved(source.right[from + count - 1]);
+            for (side s : {side::up, side::down})
+                std::transform(source.neighbours(s).data() + from, source.neighbours(s).data() + from + count,
+                               g.neighbours(s).data() + to, moved);
             if (from_base)
                 (std::copy_n(base.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(from * Columns::channels),
                              count * Columns::channels,

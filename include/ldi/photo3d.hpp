@@ -1,0 +1,160 @@
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and nothing else. Each
+// stage is a function of its own in the headers below; use those where you want only a part, or your own part in between.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/core/resize.hpp>
+#include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/depth/resample.hpp>
+#include <ldi/depth/weighted_median.hpp>
+#include <ldi/layers/discontinuity_curves.hpp>
+#include <ldi/layers/expand.hpp>
+#include <ldi/layers/lift.hpp>
+#include <ldi/layers/mixed_colours.hpp>
+#include <ldi/mesh/build_mesh.hpp>
+#include <ldi/texture/atlas.hpp>
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// any size, larger is nearer; `quantization_step()` is the ratio of neighbouring values of that map, 1 if it is not quantised.
+/// `tiefenrausch` is one, `given_disparity` another.
+template <class T>
+concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
+                                   const observer& watcher) {
+    { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
+    { t.quantization_step() } -> std::convertible_to<float>;
+};
+
+/// What gives colours to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the colour of every pixel whose
+/// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
+template <class T>
+concept colour_inpainter = requires(const T& t, photo_layers& layers, const serial_executor& threads, const observer& watcher) {
+    t.inpaint(layers, threads, watcher);
+};
+
+/// A disparity map that is there already, from a phone or a file.
+struct given_disparity {
+    image<float> map;  ///< h x w x 1, finite, larger is nearer
+
+    template <executor Executor>
+    image<float> disparity(const image<std::uint8_t>&, Executor&, const observer&) const {
+        return map;
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
+struct photo3d_options {
+    /// The photo is shrunk to this long side, in pixels, if it is larger.
+    std::size_t long_side = 1536;
+    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    float focal_length_35mm = 26.0F;
+    /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
+    /// wide, before it is applied at the photo's.
+    int passes_before_resampling = 2;
+    normalize_options normalize;
+    resample_options resample;
+    weighted_median_options median;
+    middle_component_options components;
+    lift_options lift;
+    mixed_colour_options mixed_colours;
+    curve_options curves;
+    expand_options expand;
+    chart_options charts;
+    atlas_options atlas;
+    mesh_options mesh;
+};
+
+/// A 3D photo, and what every stage made on the way.
+struct photo3d {
+    image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
+    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;     ///< H x W x 1, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned
+    std::vector<discontinuity_curve> curves;
+    photo_layers layers;
+    chart_set charts;
+    texture_atlas atlas;
+    pinhole_camera camera;
+    depth_range range;
+    textured_mesh mesh;
+};
+
+/// photo    H x W x 3, at least one pixel
+/// watcher  is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+///          "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0
+///          and ends with 1
+template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
+photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
+                     const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+    photo3d result;
+    watcher.report("depth estimation", 0.0F);
+    normalize_options normalize_with = options.normalize;
+    normalize_with.relative_step =
+        std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
+    normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
+    result.estimated = std::move(normalized.disparity);
+    result.range = normalized.range;
+    const std::size_t longer = std::max(height(photo), width(photo)), long_side = std::min(longer, options.long_side);
+    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
+    result.photo = resize_area(photo, scaled(height(photo)), scaled(width(photo)), threads);
+    result.camera.height = static_cast<std::int32_t>(height(result.photo));
+    result.camera.width = static_cast<std::int32_t>(width(result.photo));
+    result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
+    watcher.report("depth estimation", 1.0F);
+
+    watcher.report("depth filter", 0.0F);
+    if (height(result.estimated) < height(result.photo)) {
+        image<float> sharpened = result.estimated;
+        for (int pass = 0; pass < options.passes_before_resampling; ++pass)
+            sharpened = weighted_median(sharpened, options.median, threads);
+        result.resampled = resample_to_photo(sharpened, result.photo, options.resample, threads);
+    } else {
+        result.resampled = resample_to_photo(result.estimated, result.photo, options.resample, threads);
+    }
+    result.disparity = weighted_median(result.resampled, options.median, threads);
+    watcher.report("depth filter", 1.0F);
+
+    watcher.report("connected components", 0.0F);
+    merge_middle_components(result.disparity, options.components);
+    watcher.report("connected components", 1.0F);
+
+    watcher.report("occluded geometry", 0.0F);
+    photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
+    mark_mixed_colours(lifted, options.mixed_colours);
+    result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
+    result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
+
+    watcher.report("colour inpainting", 0.0F);
+    inpainter.inpaint(result.layers, threads, watcher);
+    watcher.report("colour inpainting", 1.0F);
+
+    watcher.report("chart generation", 0.0F);
+    result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
+    watcher.report("chart generation", 1.0F);
+
+    watcher.report("chart padding", 0.0F);
+    result.atlas = make_atlas(result.layers, result.charts, options.atlas, threads);
+    watcher.report("chart padding", 1.0F);
+
+    watcher.report("meshing", 0.0F);
+    result.mesh =
+        build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
+                   static_cast<std::int32_t>(width(result.atlas.colour)), static_cast<std::int32_t>(height(result.atlas.colour)),
+                   result.camera, result.range, options.mesh, threads);
+    watcher.report("meshing", 1.0F);
+    return result;
+}
+
+}  // namespace ldi

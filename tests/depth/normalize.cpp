@@ -1,0 +1,79 @@
+#include <ldi/depth/normalize.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace {
+
+ldi::image<float> ramp(float first, float last, std::size_t count = 1000) {
+    ldi::image<float> map = ldi::make_image<float>(1, count);
+    for (std::size_t x = 0; x < count; ++x)
+        map(0, x, 0) = first + (last - first) * static_cast<float>(x) / static_cast<float>(count - 1);
+    return map;
+}
+
+}  // namespace
+
+TEST_CASE("normalised disparity fills [0, 1] and grows with the source") {
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    const ldi::normalized_disparity n = ldi::normalize(ramp(2.0F, 10.0F), options);
+    CHECK(n.disparity(0, 0, 0) == Approx(0.0F).margin(1e-6));
+    CHECK(n.disparity(0, 999, 0) == 1.0F);
+    for (std::size_t x = 1; x < 1000; ++x) REQUIRE(n.disparity(0, x, 0) >= n.disparity(0, x - 1, 0));
+    CHECK(n.range.z_far / n.range.z_near == Approx(5.0F));
+}
+
+TEST_CASE("depth is the inverse of the source, up to scale") {
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    const ldi::image<float> source = ramp(0.5F, 4.0F);
+    const ldi::normalized_disparity n = ldi::normalize(source, options);
+    const float scale = n.range.depth(n.disparity(0, 0, 0)) * source(0, 0, 0);
+    for (std::size_t x = 0; x < 1000; x += 37)
+        CHECK(n.range.depth(n.disparity(0, x, 0)) * source(0, x, 0) == Approx(scale).epsilon(1e-4));
+}
+
+TEST_CASE("a few wild values do not squeeze the others") {
+    ldi::image<float> map = ramp(1.0F, 2.0F, 10000);
+    map(0, 0, 0) = 1e6F;
+    const ldi::normalized_disparity n = ldi::normalize(map);
+    CHECK(n.disparity(0, 0, 0) == 1.0F);
+    CHECK(n.disparity(0, 5000, 0) == Approx(0.5F).margin(0.01));
+}
+
+TEST_CASE("one step of a quantised source never exceeds the largest step, even in a flat scene") {
+    const float ratio = std::exp(0.0187F);
+    ldi::normalize_options options;
+    options.relative_step = ratio - 1.0F;
+    for (int levels : {1, 2, 5, 20, 100}) {
+        ldi::image<float> map = ldi::make_image<float>(100, 100);
+        for (std::size_t i = 0; i < map.size(); ++i)
+            map.data()[i] = 3.0F * std::pow(ratio, static_cast<float>(static_cast<int>(i) % levels));
+        const ldi::normalized_disparity n = ldi::normalize(map, options);
+        for (std::size_t i = 0; i + 1 < map.size(); ++i)
+            if (static_cast<int>(i) % levels != levels - 1)
+                REQUIRE(std::abs(n.disparity.data()[i + 1] - n.disparity.data()[i]) <= options.largest_step * 1.001F);
+        CHECK(n.range.z_far >= n.range.z_near);
+    }
+}
+
+TEST_CASE("distances beyond the largest ratio are brought nearer, and unknown distances are assumed") {
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    CHECK(ldi::normalize(ramp(0.001F, 10.0F), options).range.z_far == Approx(options.largest_depth_ratio));
+    options.is_inverse_depth = false;
+    options.assumed_range = {2.0F, 7.0F};
+    CHECK(ldi::normalize(ramp(-5.0F, 10.0F), options).range.z_far == 7.0F);
+}
+
+TEST_CASE("values that are not finite, and inverse depth that is not positive, are errors") {
+    for (float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 0.0F, -1.0F}) {
+        ldi::image<float> map = ramp(1.0F, 2.0F);
+        map(0, 500, 0) = bad;
+        CHECK_THROWS_AS(ldi::normalize(map), ldi::error);
+    }
+    CHECK_THROWS_AS(ldi::normalize(ldi::image<float>::from_shape({0, 0, 1})), ldi::error);
+}

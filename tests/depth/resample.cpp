@@ -1,0 +1,84 @@
+#include <ldi/depth/resample.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+
+namespace {
+
+// A disc in front of a background, of another colour; `blur` samples wide depth edge, displaced by `shift` pixels of the photo.
+struct disc_scene {
+    ldi::image<std::uint8_t> photo = ldi::make_image<std::uint8_t>(160, 200, 3);
+    ldi::image<float> truth = ldi::make_image<float>(160, 200);
+    ldi::image<float> map = ldi::make_image<float>(40, 50);
+
+    explicit disc_scene(float shift) {
+        std::mt19937 random(4);
+        for (std::size_t y = 0; y < 160; ++y)
+            for (std::size_t x = 0; x < 200; ++x) {
+                const bool front = inside(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
+                truth(y, x, 0) = front ? 0.9F : 0.2F;
+                for (std::size_t c = 0; c < 3; ++c)
+                    photo(y, x, c) = static_cast<std::uint8_t>((front ? 60 * c : 200 - 40 * c) + random() % 20);
+            }
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 50; ++x)
+                map(y, x, 0) =
+                    inside(4.0F * static_cast<float>(x) + 2.0F + shift, 4.0F * static_cast<float>(y) + 2.0F) ? 0.9F : 0.2F;
+    }
+
+    static bool inside(float x, float y) { return std::hypot(x - 100.0F, y - 80.0F) < 50.0F; }
+};
+
+}  // namespace
+
+TEST_CASE("depth edges move onto colour edges") {
+    for (float shift : {0.0F, 3.0F, -5.0F}) {
+        const disc_scene scene(shift);
+        const ldi::image<float> fine = ldi::resample_to_photo(scene.map, scene.photo);
+        std::size_t wrong = 0, nearest_wrong = 0;
+        for (std::size_t y = 0; y < 160; ++y)
+            for (std::size_t x = 0; x < 200; ++x) {
+                wrong += std::abs(fine(y, x, 0) - scene.truth(y, x, 0)) > 0.05F ? 1U : 0U;
+                nearest_wrong += std::abs(scene.map(y / 4, x / 4, 0) - scene.truth(y, x, 0)) > 0.05F ? 1U : 0U;
+            }
+        INFO("shift " << shift << ": " << wrong << " pixels wrong, " << nearest_wrong << " without the photo");
+        CHECK(wrong * 4 < nearest_wrong);
+    }
+}
+
+TEST_CASE("resampling brings no values between the two sides of an edge") {
+    const disc_scene scene(2.0F);
+    for (float value : ldi::resample_to_photo(scene.map, scene.photo))
+        REQUIRE((std::abs(value - 0.9F) < 1e-4F || std::abs(value - 0.2F) < 1e-4F));
+}
+
+TEST_CASE("a plane stays a plane") {
+    ldi::image<std::uint8_t> photo = ldi::make_image<std::uint8_t>(96, 120, 3, std::uint8_t{100});
+    ldi::image<float> map = ldi::make_image<float>(24, 30);
+    for (std::size_t y = 0; y < 24; ++y)
+        for (std::size_t x = 0; x < 30; ++x)
+            map(y, x, 0) = 0.3F + 0.004F * static_cast<float>(x) + 0.002F * static_cast<float>(y);
+    const ldi::image<float> fine = ldi::resample_to_photo(map, photo);
+    for (std::size_t y = 2; y < 94; ++y)
+        for (std::size_t x = 2; x < 118; ++x) {
+            const float at_x = (static_cast<float>(x) + 0.5F) / 4.0F - 0.5F, at_y = (static_cast<float>(y) + 0.5F) / 4.0F - 0.5F;
+            REQUIRE(fine(y, x, 0) == Approx(0.3F + 0.004F * at_x + 0.002F * at_y).margin(1e-5));
+        }
+}
+
+TEST_CASE("any ratio of sizes covers every pixel, on any number of threads") {
+    std::mt19937 random(5);
+    ldi::thread_pool threads(3);
+    for (int round = 0; round < 60; ++round) {
+        const auto photo = ldi::make_image<std::uint8_t>(1 + random() % 40, 1 + random() % 40, 3, std::uint8_t{7});
+        ldi::image<float> map = ldi::make_image<float>(1 + random() % 40, 1 + random() % 40);
+        for (float& value : map) value = 0.25F + 0.5F * static_cast<float>(random() % 2);
+        const ldi::image<float> fine = ldi::resample_to_photo(map, photo);
+        REQUIRE(ldi::height(fine) == ldi::height(photo));
+        REQUIRE(ldi::width(fine) == ldi::width(photo));
+        for (float value : fine) REQUIRE((value >= 0.2499F && value <= 0.7501F));
+        REQUIRE((ldi::resample_to_photo(map, photo, {}, threads) == fine));
+    }
+}
