@@ -1,0 +1,45 @@
+// Disparity maps to grow hidden surfaces behind: random ones, and lifting without colours.
+#pragma once
+
+#include <ldi/layers/lift.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace ldi::test {
+
+inline photo_layers lift_disparity(const image<float>& disparity) {
+    return lift(make_image<std::uint8_t>(height(disparity), width(disparity), 3, std::uint8_t{100}), disparity);
+}
+
+/// A slanted background with discs, bars and half planes before it, each flat or slanted.
+inline image<float> random_disparity(std::mt19937& random, std::size_t rows, std::size_t columns) {
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    image<float> map = make_image<float>(rows, columns);
+    const float slope = 0.15F * unit(random) / static_cast<float>(rows);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) map(y, x, 0) = 0.05F + slope * static_cast<float>(y);
+    const int count = 1 + static_cast<int>(random() % 6);
+    for (int i = 0; i < count; ++i) {
+        const float x0 = unit(random) * static_cast<float>(columns), y0 = unit(random) * static_cast<float>(rows);
+        const float size = 2.0F + unit(random) * 0.4F * static_cast<float>(std::max(rows, columns)), angle = 6.28F * unit(random);
+        const float value = 0.15F + 0.8F * unit(random), tilt = unit(random) < 0.5F ? 0.0F : 0.01F * unit(random);
+        const int kind = static_cast<int>(random() % 3);
+        for (std::size_t y = 0; y < rows; ++y)
+            for (std::size_t x = 0; x < columns; ++x) {
+                const float dx = static_cast<float>(x) - x0, dy = static_cast<float>(y) - y0;
+                const float along = dx * std::cos(angle) + dy * std::sin(angle),
+                            across = dy * std::cos(angle) - dx * std::sin(angle);
+                const bool inside = kind == 0   ? std::hypot(dx, dy) < 0.6F * size
+                                    : kind == 1 ? std::abs(along) < size && std::abs(across) < 0.15F * size
+                                                : along > 0.0F && across > 0.0F;
+                const float here = std::clamp(value + tilt * along, 0.0F, 1.0F);
+                if (inside && here > map(y, x, 0)) map(y, x, 0) = here;
+            }
+    }
+    return map;
+}
+
+}  // namespace ldi::test
