@@ -29,10 +29,10 @@ template <class Scalar>
 npy_array<Scalar> read_npy(const std::string& path) {
     static_assert(std::is_same_v<Scalar, std::uint8_t> || std::is_same_v<Scalar, float>);
     npy_array<Scalar> result;
-    const std::vector<std::uint8_t> bytes = read_bytes(path);
-    if (bytes.size() < 10) return result;
-    const std::size_t header_size = bytes[8] + std::size_t{bytes[9]} * 256;
-    const std::string header(bytes.begin() + 10, bytes.begin() + 10 + static_cast<std::ptrdiff_t>(header_size));
+    const std::vector<std::uint8_t> content = read_bytes(path);
+    if (content.size() < 10) return result;
+    const std::size_t header_size = content[8] + std::size_t{content[9]} * 256;
+    const std::string header(content.begin() + 10, content.begin() + 10 + static_cast<std::ptrdiff_t>(header_size));
     if (header.find(std::is_same_v<Scalar, float> ? "<f4" : "|u1") == std::string::npos) return result;
     const std::size_t open = header.find('('), close = header.find(')');
     for (std::size_t at = open + 1; at < close;) {
@@ -42,8 +42,8 @@ npy_array<Scalar> read_npy(const std::string& path) {
         result.shape.push_back(side);
         at = header.find_first_not_of(", ", static_cast<std::size_t>(end - header.c_str()));
     }
-    result.values.resize((bytes.size() - 10 - header_size) / sizeof(Scalar));
-    std::copy_n(bytes.data() + 10 + header_size, result.values.size() * sizeof(Scalar),
+    result.values.resize((content.size() - 10 - header_size) / sizeof(Scalar));
+    std::copy_n(content.data() + 10 + header_size, result.values.size() * sizeof(Scalar),
                 reinterpret_cast<std::uint8_t*>(result.values.data()));
     return result;
 }

@@ -31,10 +31,10 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     for (std::uint64_t i = 0; i < result; ++i) {
         const std::uint64_t begin = i * source, end = begin + source;
         const std::uint64_t first = begin / result, last = (end + result - 1) / result;
-        made.covers.push_back(
-            {static_cast<std::size_t>(first), static_cast<std::size_t>(last - first), made.weights.size()});
+        made.covers.push_back({static_cast<std::size_t>(first), static_cast<std::size_t>(last - first), made.weights.size()});
         for (std::uint64_t s = first; s < last; ++s) {
-            const std::uint64_t overlap = std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
+            const std::uint64_t overlap =
+                std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
             made.weights.push_back(static_cast<float>(static_cast<double>(overlap) / static_cast<double>(source)));
         }
     }
@@ -55,7 +55,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
 /// Adds `weight` times the horizontally averaged `source` to `sums`.
 ///
 /// source  pixels x channels      sums  covers x channels
-inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight, float* sums) {
+inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
+                         float* sums) {
     LDI_NO_FUSED_MULTIPLY_ADD
     for (const area_weights::cover& cover : horizontal.covers)
         for (std::size_t c = 0; c < channels; ++c, ++sums) {
@@ -78,8 +79,9 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 /// One row of the result.
 ///
 /// source  H x W x channels       result  horizontal.covers x channels
-inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y, const std::uint8_t* source,
-                            std::size_t source_width, std::size_t channels, std::vector<float>& sums, std::uint8_t* result) {
+inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
+                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, std::vector<float>& sums,
+                            std::uint8_t* result) {
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace ldi {
@@ -44,12 +45,14 @@ inline depthwise_u8_weights pack_depthwise_u8(std::span<const std::uint8_t> weig
 
 namespace scalar {
 
+/// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
+inline constexpr std::size_t depthwise_block = 16;
+
 /// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
-    constexpr std::size_t most = 8;
-    std::int32_t sums[most] = {};
+    std::int32_t sums[depthwise_block] = {};
     const std::int16_t zero_point = weights.padding[0];
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
         const std::uint8_t* const x = taps[t] + first;
@@ -64,19 +67,25 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t stride, std::uint8_t* result) {
-    using eight = std::integral_constant<std::size_t, 8>;
+    using block = std::integral_constant<std::size_t, depthwise_block>;
+    const std::size_t channels = weights.channels;
     const std::size_t result_width = (width - 1) / stride + 1;
-    for (std::size_t x = 0; x < result_width; ++x, result += weights.channels) {
+    for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
             const std::size_t column = x * stride + t % 3;  // one more than the column that is read
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width;
-            taps[t] = outside ? weights.padding.data() : rows[t / 3] + (column - 1) * weights.channels;
+            taps[t] = outside ? weights.padding.data() : rows[t / 3] + (column - 1) * channels;
+        }
+        if (channels < block::value) {
+            depthwise_u8_channels(weights, taps, 0, channels, result);
+            continue;
         }
         std::size_t first = 0;
-        for (; first + eight::value <= weights.channels; first += eight::value)
-            depthwise_u8_channels(weights, taps, first, eight{}, result);
-        if (first < weights.channels) depthwise_u8_channels(weights, taps, first, weights.channels - first, result);
+        for (; first + block::value <= channels; first += block::value)
+            depthwise_u8_channels(weights, taps, first, block{}, result);
+        // The last block overlaps the one before and gives the same values once more.
+        if (first < channels) depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
     }
 }
 

@@ -74,7 +74,8 @@ inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r
     return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
 }
 
-/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10, 2^8).
+/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
+/// 2^8).
 inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     const float larger = (std::max)(a_ratio, b_ratio);
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;

@@ -21,8 +21,8 @@ struct window_geometry {
 };
 
 /// Writes the windows of result pixels (first_x .. first_x + count - 1, y), one after the other, each k x k x channels.
-inline void window_rows(const window_geometry& g, const std::uint8_t* image, std::size_t y, std::size_t first_x, std::size_t count,
-                        std::uint8_t* windows) {
+inline void window_rows(const window_geometry& g, const std::uint8_t* image, std::size_t y, std::size_t first_x,
+                        std::size_t count, std::uint8_t* windows) {
     const std::size_t margin = g.side / 2;
     for (std::size_t x = first_x; x < first_x + count; ++x)
         for (std::size_t ky = 0; ky < g.side; ++ky)

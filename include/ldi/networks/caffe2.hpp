@@ -31,6 +31,7 @@ namespace detail::caffe2 {
 
 /// A name from the file, fit for a message: short, and printable.
 inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
     constexpr std::size_t most = 80;
     std::string result(name.substr(0, most));
     for (char& c : result)
@@ -64,7 +65,8 @@ public:
     /// An integer in [least, most].
     std::size_t integer(std::string_view name, std::int64_t least, std::int64_t most) const {
         const std::int64_t value = integer(name);
-        if (value < least || value > most) fail(name, std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
+        if (value < least || value > most)
+            fail(name, std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
 
@@ -130,8 +132,7 @@ public:
                   std::to_string(network_.external_inputs.size()) + " and " + std::to_string(network_.external_outputs.size()));
         image_ = network_.external_inputs[0];
         for (const operator_message& op : network_.operators) read_operator(checked_operator(op, "network file"), op.type);
-        if (!is_complete_)
-            raise(error_code::invalid_data, "network file", "Int8Dequantize at the end", "no such operator");
+        if (!is_complete_) raise(error_code::invalid_data, "network file", "Int8Dequantize at the end", "no such operator");
         return std::move(result_);
     }
 
@@ -167,7 +168,8 @@ private:
         constexpr std::int64_t most = std::int64_t{1} << 31;
         std::int64_t count = 1;
         for (std::int64_t side : shape) {
-            if (side < 1 || side > most || count * side > most) op.fail("shape", "sides of 1 or more, 2^31 values at most", "others");
+            if (side < 1 || side > most || count * side > most)
+                op.fail("shape", "sides of 1 or more, 2^31 values at most", "others");
             count *= side;
         }
         return static_cast<std::uint64_t>(count);
@@ -200,7 +202,8 @@ private:
         } else if (type == "Int8Dequantize") {
             op.expect_inputs(1);
             if (op.output() != network_.external_outputs[0])
-                raise(error_code::unsupported, op.where(), "to make " + printable(network_.external_outputs[0]), printable(op.output()));
+                raise(error_code::unsupported, op.where(), "to make " + printable(network_.external_outputs[0]),
+                      printable(op.output()));
             result_.output = tensor(op, 0);
             is_complete_ = true;
         } else {
@@ -218,7 +221,8 @@ private:
             raise(error_code::invalid_data, op.where(), "8-bit weights with 4 dimensions",
                   std::to_string(weights.bytes.size()) + " values with " + std::to_string(weights.shape.size()) + " dimensions");
         const std::int64_t outputs = weights.shape[0], kernel = weights.shape[1], inputs = weights.shape[3];
-        const std::int64_t group = op.integer("group"), pad = op.equal_integers("pads", 4), dilation = op.equal_integers("dilations", 2);
+        const std::int64_t group = op.integer("group"), pad = op.equal_integers("pads", 4),
+                           dilation = op.equal_integers("dilations", 2);
         if (weights.shape[2] != kernel || op.equal_integers("kernels", 2) != kernel)
             op.fail("kernels", "a square kernel, as the weights have", std::to_string(op.integers("kernels")[0]));
         if (pad != kernel / 2) op.fail("pads", std::to_string(kernel / 2), std::to_string(pad));
@@ -239,7 +243,8 @@ private:
         return c;
     }
 
-    void check_bias(const checked_operator& op, const convolution_description& c, const constant& bias, std::int64_t outputs) const {
+    void check_bias(const checked_operator& op, const convolution_description& c, const constant& bias,
+                    std::int64_t outputs) const {
         if (bias.integers.size() != static_cast<std::uint64_t>(outputs))
             raise(error_code::mismatch, op.where(), std::to_string(outputs) + " biases", std::to_string(bias.integers.size()));
         const quantization& input = c.input == 0 ? result_.input : result_.operators[c.input - 1].output;
@@ -287,8 +292,8 @@ private:
     }
 
     const network_message& network_;
-    std::string_view image_;                            ///< the tensor that holds the photo
-    std::map<std::string_view, std::size_t> tensors_;   ///< name to number
+    std::string_view image_;                           ///< the tensor that holds the photo
+    std::map<std::string_view, std::size_t> tensors_;  ///< name to number
     std::map<std::string_view, constant> constants_;
     network_description result_;
     bool is_complete_ = false;

@@ -1,5 +1,5 @@
-// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published. Build it from
-// what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
+// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published. Build it
+// from what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
 #pragma once
 
 #include <ldi/core/error.hpp>
@@ -33,13 +33,17 @@ public:
         if (result != smallest)
             raise(error_code::mismatch, "depth network", "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
+        if (log_disparity_quantization().scale > most_scale)
+            raise(error_code::unsupported, "depth network", "log disparity in steps of at most " + std::to_string(most_scale),
+                  "steps of " + std::to_string(log_disparity_quantization().scale));
     }
 
     /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
     static tensor_size network_size(tensor_size photo) {
         const std::size_t longer = std::max(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
-            const std::size_t scaled = length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+            const std::size_t scaled =
+                length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
             return std::max(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
@@ -72,7 +76,7 @@ public:
         if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
             raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
                   std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
-        return network_.run(quantize(rgb), threads, observe);
+        return network_.run(quantized_colour(rgb), threads, observe);
     }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
@@ -91,12 +95,28 @@ public:
         return result;
     }
 
+    /// Colour as the first layer reads it: in [0, 1], in the quantisation of the network's input. Same shape as `rgb`.
+    image<std::uint8_t> quantized_colour(const image<std::uint8_t>& rgb) const {
+        const quantization q = network_.input_quantization();
+        std::array<std::uint8_t, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const float steps = static_cast<float>(i) / 255.0F / q.scale;
+            table[i] =
+                static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
+        }
+        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
+        std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
+        return result;
+    }
+
     quantization log_disparity_quantization() const { return network_.output_quantization(); }
 
     /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge.
     float quantization_step() const { return detail::exponential(log_disparity_quantization().scale); }
 
 private:
+    static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
     /// What each 8-bit result of the network stands for: exp of its value.
     std::array<float, 256> disparity_table() const {
         const quantization q = log_disparity_quantization();
@@ -106,19 +126,6 @@ private:
             table[i] = detail::exponential(logarithm);
         }
         return table;
-    }
-
-    /// The network takes colour in [0, 1].
-    image<std::uint8_t> quantize(const image<std::uint8_t>& rgb) const {
-        const quantization q = network_.input_quantization();
-        std::array<std::uint8_t, 256> table{};
-        for (std::size_t i = 0; i < table.size(); ++i) {
-            const float steps = static_cast<float>(i) / 255.0F / q.scale;
-            table[i] = static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
-        }
-        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
-        std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
-        return result;
     }
 
     quantized_network network_;

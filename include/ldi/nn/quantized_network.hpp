@@ -115,8 +115,8 @@ private:
         layer made{{op.name, op.output, 0}, nearest_resize{}, {}};
         if (const auto* c = std::get_if<convolution_description>(&op.kind)) {
             const tensor_kind& from = tensor(c->input);
-            const requantization output =
-                make_requantization(detail::requantization_scale(from.values, c->weight_quantization, op.output), op.output.zero_point);
+            const requantization output = make_requantization(
+                detail::requantization_scale(from.values, c->weight_quantization, op.output), op.output.zero_point);
             const std::uint8_t weight_zero = c->weight_quantization.zero_point, input_zero = from.values.zero_point;
             made.result.channels = c->bias.size();
             if (c->depthwise)

@@ -1,5 +1,6 @@
 // exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
-// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with it.
+// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
+// it.
 #pragma once
 
 #include <cmath>

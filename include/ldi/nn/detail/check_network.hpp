@@ -32,7 +32,8 @@ inline void check_scale(const std::string& name, float scale) {
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
-inline const checked_tensor& checked_input(const std::string& name, const std::vector<checked_tensor>& tensors, std::size_t input) {
+inline const checked_tensor& checked_input(const std::string& name, const std::vector<checked_tensor>& tensors,
+                                           std::size_t input) {
     if (input >= tensors.size())
         raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
     return tensors[input];
@@ -43,10 +44,12 @@ inline void check_accumulators(const std::string& name, const convolution_descri
     const std::size_t inputs = c.weights.size() / c.bias.size();
     for (std::size_t o = 0; o < c.bias.size(); ++o) {
         std::int64_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
+        for (std::size_t i = 0; i < inputs; ++i)
+            sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
         const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
         if (most > std::numeric_limits<std::int32_t>::max())
-            raise(error_code::unsupported, name, "sums below 2^31", "up to " + std::to_string(most) + " in output " + std::to_string(o));
+            raise(error_code::unsupported, name, "sums below 2^31",
+                  "up to " + std::to_string(most) + " in output " + std::to_string(o));
     }
 }
 
@@ -62,7 +65,8 @@ inline std::size_t check_operator(const operator_description& op, const convolut
     if (c.stride == 0 || c.stride > most_stride)
         raise(error_code::unsupported, op.name, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, op.name, std::to_string(input.channels) + " channels, as the input has", std::to_string(outputs));
+        raise(error_code::mismatch, op.name, std::to_string(input.channels) + " channels, as the input has",
+              std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
         raise(error_code::mismatch, op.name, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
@@ -92,9 +96,9 @@ inline std::size_t check_operator(const operator_description& op, const nearest_
                                   const std::vector<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(op.name, tensors, r.input);
     if (r.factor == 0 || r.factor > most_resize_factor)
-        raise(error_code::unsupported, op.name, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
-    if (op.output != input.values)
-        raise(error_code::mismatch, op.name, "the input's scale and zero point", "others");
+        raise(error_code::unsupported, op.name, "a factor of 1 to " + std::to_string(most_resize_factor),
+              std::to_string(r.factor));
+    if (op.output != input.values) raise(error_code::mismatch, op.name, "the input's scale and zero point", "others");
     return input.channels;
 }
 

@@ -1,0 +1,23 @@
+// libFuzzer driver for the reader of Caffe2 networks: the input is a list of edits to a small sound network, so that it gets past
+// the outer layers of the format without a corpus. Whatever comes out is read, built and run; ldi::error is the only way to fail.
+//
+//   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
+//   ./fuzz_caffe2 -max_len=64 -max_total_time=60
+#include <ldi/networks/caffe2.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <tests/support/caffe2_files.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const ldi_test::caffe2_files sound = ldi_test::small_network();
+    const ldi_test::caffe2_files files = ldi_test::damaged(sound, data, size);
+    try {
+        const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
+        ldi::serial_executor threads;
+        network.log_disparity(ldi::make_image<std::uint8_t>(32, 32, 3, 100), threads);
+    } catch (const ldi::error&) {
+    }
+    return 0;
+}

@@ -1,0 +1,216 @@
+#include <ldi/networks/caffe2.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <tests/support/caffe2_files.hpp>
+#include <tests/support/npy.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#ifndef LDI_SHARED_DIR
+#define LDI_SHARED_DIR "../shared"
+#endif
+
+namespace {
+
+using ldi::image;
+
+const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
+
+/// The published network; says so and returns nothing where it is absent.
+const ldi::tiefenrausch* published() {
+    static const std::optional<ldi::tiefenrausch> network = [] {
+        const auto operators = ldi_test::read_bytes(folder + "model/tiefenrausch.pb");
+        const auto weights = ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb");
+        return operators.empty() ? std::nullopt : std::optional<ldi::tiefenrausch>(ldi::read_caffe2(operators, weights));
+    }();
+    if (!network.has_value()) WARN("skipped: there is no " << folder);
+    return network.has_value() ? &*network : nullptr;
+}
+
+ldi::tiefenrausch small() {
+    const ldi_test::caffe2_files files = ldi_test::small_network();
+    return ldi::tiefenrausch(ldi::read_caffe2(files.network, files.weights));
+}
+
+template <class Scalar>
+image<Scalar> read_image(const std::string& path) {
+    const ldi_test::npy_array<Scalar> array = ldi_test::read_npy<Scalar>(path);
+    REQUIRE(array.shape.size() >= 2);
+    image<Scalar> result = ldi::make_image<Scalar>(array.shape[0], array.shape[1], array.shape.size() > 2 ? array.shape[2] : 1);
+    REQUIRE(result.size() == array.values.size());
+    std::copy(array.values.begin(), array.values.end(), result.data());
+    return result;
+}
+
+template <class Scalar>
+std::size_t differences(const image<Scalar>& a, const image<Scalar>& b) {
+    REQUIRE(a.shape() == b.shape());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += a.data()[i] != b.data()[i];
+    return count;
+}
+
+image<std::uint8_t> gradient(std::size_t height, std::size_t width) {
+    image<std::uint8_t> result = ldi::make_image<std::uint8_t>(height, width, 3);
+    for (std::size_t i = 0; i < result.size(); ++i) result.data()[i] = static_cast<std::uint8_t>(i * 37 / 3 + i / 50);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("columns: from the photo's pixels to the last layer, and its exp, all 110592 pixels equal the published ones") {
+    const ldi::tiefenrausch* const network = published();
+    if (network == nullptr) return;
+    ldi::thread_pool threads;
+    const image<std::uint8_t> photo = read_image<std::uint8_t>(folder + "golden/columns_1024x768_rgb.npy");
+    const image<std::uint8_t> resized = ldi::tiefenrausch::resize_for_network(photo, threads);
+    CHECK(differences(resized, read_image<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy")) == 0);
+    const image<std::uint8_t> logarithm = network->log_disparity(resized, threads);
+    CHECK(logarithm.size() == 110592);
+    CHECK(differences(logarithm, read_image<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy")) == 0);
+    const image<float> disparity = network->disparity(photo, threads);
+    CHECK(differences(disparity, read_image<float>(folder + "output/columns.npy")) == 0);
+}
+
+TEST_CASE("pumpkin: from the photo's pixels to the last layer, all pixels equal the exact implementation's") {
+    const ldi::tiefenrausch* const network = published();
+    if (network == nullptr) return;
+    ldi::thread_pool threads;
+    const image<std::uint8_t> photo = read_image<std::uint8_t>(folder + "golden/pumpkin_1024x768_rgb.npy");
+    const image<std::uint8_t> resized = ldi::tiefenrausch::resize_for_network(photo, threads);
+    CHECK(differences(resized, read_image<std::uint8_t>(folder + "golden/pumpkin_384x288_rgb.npy")) == 0);
+    const image<std::uint8_t> logarithm = network->log_disparity(resized, threads);
+    CHECK(differences(logarithm, read_image<std::uint8_t>(folder + "golden/pumpkin_384x288_log_disparity_u8.npy")) == 0);
+}
+
+TEST_CASE("on a 64 x 64 crop every layer equals the exact implementation's, with any number of threads") {
+    const ldi::tiefenrausch* const network = published();
+    if (network == nullptr) return;
+    const std::string layers = folder + "golden/layers_64x64/";
+    const image<std::uint8_t> rgb = read_image<std::uint8_t>(layers + "input_rgb.npy");
+    CHECK(differences(network->quantized_colour(rgb), read_image<std::uint8_t>(layers + "0_int8.npy")) == 0);
+    for (std::size_t count : {1U, 2U, 5U}) {
+        ldi::thread_pool threads(count);
+        std::size_t compared = 0;
+        network->log_disparity(rgb, threads, [&](std::size_t, std::string_view name, const image<std::uint8_t>& tensor) {
+            INFO(name);
+            CHECK(differences(tensor, read_image<std::uint8_t>(layers + std::string(name) + ".npy")) == 0);
+            ++compared;
+        });
+        CHECK(compared == 190);
+    }
+}
+
+TEST_CASE("one network serves several threads at once") {
+    const ldi::tiefenrausch network = small();
+    ldi::serial_executor serial;
+    std::vector<image<float>> expected(4), found(4);
+    for (std::size_t i = 0; i < 4; ++i) expected[i] = network.disparity(gradient(100 + 40 * i, 150), serial);
+    std::vector<std::thread> callers;
+    for (std::size_t i = 0; i < 4; ++i)
+        callers.emplace_back([&, i] {
+            ldi::thread_pool threads(2);
+            found[i] = network.disparity(gradient(100 + 40 * i, 150), threads);
+        });
+    for (std::thread& caller : callers) caller.join();
+    for (std::size_t i = 0; i < 4; ++i) CHECK((found[i] == expected[i]));
+}
+
+TEST_CASE("the long side becomes 384, the other a multiple of 32 rounded down, at least 32") {
+    using ldi::tensor_size;
+    const auto size = [](std::size_t height, std::size_t width) { return ldi::tiefenrausch::network_size({height, width}); };
+    CHECK(size(1024, 768) == tensor_size{384, 288});
+    CHECK(size(768, 1024) == tensor_size{288, 384});
+    CHECK(size(1536, 1152) == tensor_size{384, 288});
+    CHECK(size(384, 384) == tensor_size{384, 384});
+    CHECK(size(1000, 999) == tensor_size{384, 352});
+    CHECK(size(1920, 1080) == tensor_size{384, 192});
+    CHECK(size(1, 1) == tensor_size{384, 384});
+    CHECK(size(1, 100000) == tensor_size{32, 384});
+    CHECK(size(100000000, 3) == tensor_size{384, 32});
+}
+
+TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with each step") {
+    const ldi::tiefenrausch network = small();
+    ldi::serial_executor serial;
+    const image<std::uint8_t> photo = gradient(200, 300);
+    const image<std::uint8_t> logarithm = network.log_disparity(ldi::tiefenrausch::resize_for_network(photo, serial), serial);
+    const image<float> disparity = network.disparity(photo, serial);
+    REQUIRE(disparity.size() == logarithm.size());
+    CHECK(ldi::channels(disparity) == 1);
+    const ldi::quantization q = network.log_disparity_quantization();
+    CHECK(static_cast<double>(network.quantization_step()) == Approx(std::exp(static_cast<double>(q.scale))).epsilon(1e-6));
+    std::size_t broken = 0;
+    for (std::size_t i = 0; i < disparity.size(); ++i) {
+        const double expected = std::exp((logarithm.data()[i] - q.zero_point) * static_cast<double>(q.scale));
+        broken += !(std::abs(static_cast<double>(disparity.data()[i]) / expected - 1) < 1e-6);
+    }
+    CHECK(broken == 0);
+}
+
+TEST_CASE("photos of a single pixel, a single row and a single column work") {
+    const ldi::tiefenrausch network = small();
+    ldi::serial_executor serial;
+    for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 5000}, {20000, 1}, {3, 7}}) {
+        const image<std::uint8_t> photo = gradient(height, width);
+        const image<float> disparity = network.disparity(photo, serial);
+        const ldi::tensor_size size = ldi::tiefenrausch::network_size({height, width});
+        CHECK((ldi::height(disparity) == size.height && ldi::width(disparity) == size.width));
+        bool is_sound = true;
+        for (float value : disparity) is_sound = is_sound && value > 0 && std::isfinite(value);
+        CHECK(is_sound);
+    }
+    // A single pixel fills the whole image.
+    const image<std::uint8_t> filled = ldi::tiefenrausch::resize_for_network(gradient(1, 1), serial);
+    for (std::size_t c = 0; c < 3; ++c) CHECK(filled(383, 383, c) == gradient(1, 1)(0, 0, c));
+}
+
+TEST_CASE("images that are no colour photo, or of a size that the network cannot take, are errors") {
+    const ldi::tiefenrausch network = small();
+    ldi::serial_executor serial;
+    const auto empty = ldi::make_image<std::uint8_t>(0, 5, 3);
+    CHECK_THROWS_AS(network.disparity(empty, serial), ldi::error);
+    CHECK_THROWS_AS(network.disparity(ldi::make_image<std::uint8_t>(5, 5, 4, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.log_disparity(empty, serial), ldi::error);
+    CHECK_THROWS_AS(network.log_disparity(ldi::make_image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.log_disparity(ldi::make_image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
+}
+
+TEST_CASE("networks that do not turn a colour image into one channel of its size are errors") {
+    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
+    ldi::network_description wide = sound, half = sound, steep = sound;
+    wide.output = 5;
+    half.output = 2;
+    steep.operators.back().output.scale = 1;
+    CHECK_THROWS_AS(ldi::tiefenrausch(wide), ldi::error);
+    CHECK_THROWS_AS(ldi::tiefenrausch(half), ldi::error);
+    CHECK_THROWS_AS(ldi::tiefenrausch(steep), ldi::error);
+}
+
+TEST_CASE("progress rises to 1, and a request to stop ends the run") {
+    const ldi::tiefenrausch network = small();
+    ldi::serial_executor serial;
+    struct record {
+        std::vector<float> fractions;
+        bool stop = false;
+    } seen;
+    ldi::observer follow;
+    follow.user = &seen;
+    follow.on_progress = [](void* user, std::string_view, float fraction) {
+        static_cast<record*>(user)->fractions.push_back(fraction);
+    };
+    follow.is_cancelled = [](void* user) { return static_cast<record*>(user)->stop; };
+    network.disparity(gradient(40, 40), serial, follow);
+    CHECK(seen.fractions.size() == 6);
+    CHECK(std::is_sorted(seen.fractions.begin(), seen.fractions.end()));
+    CHECK(seen.fractions.back() == 1.0F);
+    seen.stop = true;
+    CHECK_THROWS_AS(network.disparity(gradient(40, 40), serial, follow), ldi::error);
+}
