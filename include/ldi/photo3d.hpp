@@ -6,11 +6,11 @@
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/core/resize.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/weighted_median.hpp>
+#include <ldi/kernels/area_resize.hpp>
 #include <ldi/layers/discontinuity_curves.hpp>
 #include <ldi/layers/expand.hpp>
 #include <ldi/layers/lift.hpp>
@@ -40,7 +40,7 @@ concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo,
 /// What gives colours to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the colour of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
-concept colour_inpainter = requires(const T& t, photo_layers& layers, const serial_executor& threads, const observer& watcher) {
+concept colour_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
     t.inpaint(layers, threads, watcher);
 };
 
@@ -108,7 +108,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     result.range = normalized.range;
     const std::size_t longer = std::max(height(photo), width(photo)), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
-    result.photo = resize_area(photo, scaled(height(photo)), scaled(width(photo)), threads);
+    result.photo = area_resize(photo, scaled(height(photo)), scaled(width(photo)), threads);
     result.camera.height = static_cast<std::int32_t>(height(result.photo));
     result.camera.width = static_cast<std::int32_t>(width(result.photo));
     result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
@@ -141,7 +141,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("colour inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
+    result.charts = make_charts(result.layers.topology, options.charts);
     watcher.report("chart generation", 1.0F);
 
     watcher.report("chart padding", 0.0F);

@@ -1,9 +1,12 @@
-// Area averaging of 8-bit rows in float: every pixel of the result is the mean of the rectangle of the source that it covers.
+// Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 #pragma once
 
 #include <ldi/config.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -88,6 +91,22 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
         add_area_row(horizontal, source + (rows.first + i) * source_width * channels, channels, vertical.weights[rows.weight + i],
                      sums.data());
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+}
+
+/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their borders.
+template <executor Executor>
+image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
+                                Executor& threads) {
+    LDI_ASSERT(source.size() > 0);
+    const area_weights horizontal = make_area_weights(width(source), result_width);
+    const area_weights vertical = make_area_weights(height(source), result_height);
+    image<std::uint8_t> result = make_image<std::uint8_t>(result_height, result_width, channels(source));
+    parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
+        std::vector<float> sums;
+        for (std::size_t y = first; y < last; ++y)
+            area_resize_row(horizontal, vertical, y, source.data(), width(source), channels(source), sums, row(result, y));
+    });
+    return result;
 }
 
 }  // namespace ldi

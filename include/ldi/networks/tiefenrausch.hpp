@@ -57,15 +57,7 @@ public:
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
                   std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
         const tensor_size size = network_size({height(photo), width(photo)});
-        const area_weights horizontal = make_area_weights(width(photo), size.width);
-        const area_weights vertical = make_area_weights(height(photo), size.height);
-        image<std::uint8_t> result = make_image<std::uint8_t>(size.height, size.width, 3);
-        parallel_for(threads, size.height, 8, [&](std::size_t first, std::size_t last) {
-            std::vector<float> sums;
-            for (std::size_t y = first; y < last; ++y)
-                area_resize_row(horizontal, vertical, y, photo.data(), width(photo), 3, sums, row(result, y));
-        });
-        return result;
+        return area_resize(photo, size.height, size.width, threads);
     }
 
     /// rgb      H' x W' x 3, 0 to 255, both sides multiples of 32
@@ -87,10 +79,14 @@ public:
         const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
             follow.report("depth", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
         };
-        const image<std::uint8_t> logarithm = log_disparity(resize_for_network(photo, threads), threads, progress);
+        return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
+    }
+
+    /// What the values of log_disparity() stand for, same shape.
+    image<float> disparity_of(const image<std::uint8_t>& log_disparity) const {
         const std::array<float, 256> table = disparity_table();
-        image<float> result = make_image<float>(height(logarithm), width(logarithm));
-        std::transform(logarithm.data(), logarithm.data() + logarithm.size(), result.data(),
+        image<float> result = make_image<float>(height(log_disparity), width(log_disparity), channels(log_disparity));
+        std::transform(log_disparity.data(), log_disparity.data() + log_disparity.size(), result.data(),
                        [&](std::uint8_t q) { return table[q]; });
         return result;
     }

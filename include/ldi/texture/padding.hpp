@@ -6,7 +6,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/texture/charts.hpp>
-#include <ldi/texture/diffusion.hpp>
+#include <ldi/core/diffusion.hpp>
 
 #include <algorithm>
 #include <array>
@@ -129,7 +129,7 @@ private:
 
     /// Diffuses into all unknown texels of the blocks that the padded chart touches.
     void fill_blocks(atlas_rectangle room, int rounds) {
-        diffusion_.start(room.width);
+        diffusion_.start();
         unknown_.clear();
         cell_above_.assign(static_cast<std::size_t>(room.width), 0);
         for (std::int32_t y = 0; y < room.height; ++y) {
