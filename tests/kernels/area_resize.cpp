@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <random>
 #include <vector>
 
@@ -84,6 +85,24 @@ TEST_CASE("every pixel is the mean of the area that it covers, up to rounding") 
         }
     CHECK(worst < 0.501);
     CHECK(worst > 0.4);
+}
+
+TEST_CASE("sums have the same bits whether or not the machine has fused multiply-add") {
+    const std::vector<std::uint8_t> image = noise(61 * 47 * 3);
+    const ldi::area_weights horizontal = ldi::make_area_weights(47, 30), vertical = ldi::make_area_weights(61, 19);
+    std::uint32_t checksum = 0;
+    for (const ldi::area_weights::cover& rows : vertical.covers) {
+        std::vector<float> sums(30 * 3);
+        for (std::size_t i = 0; i < rows.count; ++i)
+            ldi::add_area_row(horizontal, image.data() + (rows.first + i) * 47 * 3, 3, vertical.weights[rows.weight + i],
+                              sums.data());
+        for (float sum : sums) {
+            std::uint32_t bits = 0;
+            std::memcpy(&bits, &sum, sizeof bits);
+            checksum = checksum * 16777619U + bits;
+        }
+    }
+    CHECK(checksum == 0xACD0BA5C);
 }
 
 TEST_CASE("halves are rounded to the even neighbour") {

@@ -44,7 +44,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some pixels on machines that have it.
+// A fused multiply-add would change the last bit of some sums on machines that have it. What is left to the user: not to ask
+// clang for -ffp-contract=fast, or any compiler for -ffast-math, which override this.
 #if defined(__clang__)
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -93,7 +94,8 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their borders.
+/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their
+/// borders.
 template <executor Executor>
 image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
                                 Executor& threads) {

@@ -4,6 +4,7 @@
 
 #include <ldi/kernels/requantize.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
