@@ -101,6 +101,8 @@ TEST_CASE("quantised addition rounds the exact sum of its multiples, on all pair
         if (i == 1) a.scale = std::nextafter(0x1p8F, 0.0F), y.scale = 1, b.scale = a.scale, a.zero_point = b.zero_point = 0;
         if (i == 2) a.scale = 0x1p-10F, y.scale = 1, b.scale = 0x1p-30F;
         const ldi::quantized_addition sum = ldi::make_quantized_addition(a, b, y);
+        CHECK(std::max(sum.a_multiplier, sum.b_multiplier) >= 1 << 21);
+        CHECK(std::max(sum.a_multiplier, sum.b_multiplier) <= 1 << 22);
         int broken = 0;
         double worst = 0;
         for (int p = 0; p < 256; ++p)

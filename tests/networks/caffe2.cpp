@@ -110,7 +110,9 @@ TEST_CASE("errors name the operator and say what was expected and found") {
     CHECK(contains(error_with("strides", "strikes"), "the argument strides"));
     CHECK(contains(error_with("result", "rasult"), "Int8Dequantize rasult"));
     CHECK(contains(error_with(std::string("\x0A\x05group\x18\x01", 9), std::string("\x0A\x05group\x18\x02", 9)), "group"));
-    CHECK(contains(error_with(std::string("pads\x30\x01", 6), std::string("pads\x30\x02", 6)), "pads"));
+    CHECK(contains(error_with("pads\x30\x01\x30\x01\x30\x01\x30\x01", "pads\x30\x02\x30\x02\x30\x02\x30\x02"),
+                   "pads: expected 1, found 2"));
+    CHECK(contains(error_with("pads\x30\x01", "pads\x30\x02"), "pads: expected equal integers, found 2 and 1"));
     CHECK(contains(error_with(std::string("strides\x30\x01\x30\x01", 11), std::string("strides\x30\x03\x30\x03", 11)),
                    "expected 1 or 2, found 3"));
     CHECK(contains(error_with(std::string("shape\x30\x08\x30\x03", 9), std::string("shape\x30\x08\x30\x04", 9), true),
