@@ -1,0 +1,176 @@
+// Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
+// rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
+#pragma once
+
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/render/camera.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ldi::detail {
+
+/// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
+inline constexpr std::int64_t subsample_steps = 256;
+
+/// Positions stay within this many samples of the optical axis, so that products of two differences fit 64 bits.
+inline constexpr double guard_band = 1048576;
+
+struct screen_vertex {
+    std::int64_t x = 0, y = 0;  ///< in 1 / subsample_steps of a sample; y down
+    double inverse_depth = 0;
+    double u = 0, v = 0;  ///< texture coordinates
+};
+
+using screen_triangle = std::array<screen_vertex, 3>;
+
+/// Twice the area; positive if the triangle runs clockwise as seen on the screen.
+inline std::int64_t signed_area(const screen_triangle& t) {
+    return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+}
+
+inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
+
+/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) of which the triangle covers the samples [first_x,
+/// last_x), within [0, width). signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or below.
+template <class Span>
+void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
+    constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
+    const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
+    first_row = std::max(first_row, floor_division(top - half, one));
+    last_row = std::min(last_row, floor_division(bottom - half, one) + 1);
+    for (std::int64_t y = first_row; y < last_row; ++y) {
+        std::int64_t first = 0, last = width;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
+            const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+            // Inside, dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
+            const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
+            const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
+            if (dy < 0)
+                first = std::max(first, -floor_division(at_zero, -dy * one));
+            else if (dy > 0)
+                last = std::min(last, floor_division(at_zero, dy * one) + 1);
+            else if (at_zero < 0)
+                last = first;
+        }
+        if (first < last) span(y, first, last);
+    }
+}
+
+/// A value that is affine on the screen.
+struct screen_plane {
+    double value, per_x, per_y;  ///< at the first vertex; change per sample
+
+    screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
+        const double x1 = static_cast<double>(t[1].x - t[0].x), y1 = static_cast<double>(t[1].y - t[0].y);
+        const double x2 = static_cast<double>(t[2].x - t[0].x), y2 = static_cast<double>(t[2].y - t[0].y);
+        const double scale = static_cast<double>(subsample_steps) / static_cast<double>(signed_area(t));
+        per_x = ((second - first) * y2 - (third - first) * y1) * scale;
+        per_y = ((third - first) * x1 - (second - first) * x2) * scale;
+    }
+    /// x, y  from the first vertex, in samples
+    double at(double x, double y) const { return value + per_x * x + per_y * y; }
+};
+
+/// A vertex before projection: in the camera's axes.
+struct camera_vertex {
+    std::array<double, 3> position;
+    double u, v;
+};
+
+/// Clips triangles to what can be projected safely and brings them to the screen.
+class projection {
+public:
+    projection(const view& from, std::int32_t samples, float z_near)
+        : from_(from),
+          samples_(samples),
+          z_near_(static_cast<double>(z_near)),
+          slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
+
+    /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
+    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, std::vector<screen_triangle>& result) const {
+        std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
+        std::size_t count = 3;
+        for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
+        for (int plane = 0; plane < 5; ++plane) count = clip(corners, count, plane);
+        for (std::size_t i = 2; i < count; ++i) {
+            screen_triangle t{to_screen(corners[0]), to_screen(corners[i - 1]), to_screen(corners[i])};
+            const std::int64_t area = signed_area(t);
+            if (area == 0 || (area > 0 && !both_sides)) continue;
+            if (area < 0) std::swap(t[1], t[2]);
+            result.push_back(t);
+        }
+    }
+
+private:
+    static camera_vertex interpolated(const camera_vertex& a, const camera_vertex& b, double t) {
+        camera_vertex result{{}, a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t};
+        for (std::size_t i = 0; i < 3; ++i) result.position[i] = a.position[i] + (b.position[i] - a.position[i]) * t;
+        return result;
+    }
+
+    camera_vertex to_camera(const textured_mesh& mesh, std::size_t vertex) const {
+        // In double precision, where no finite mesh overflows.
+        std::array<double, 3> moved{};
+        for (std::size_t i = 0; i < 3; ++i)
+            moved[i] = static_cast<double>(mesh.positions[3 * vertex + i]) - static_cast<double>(from_.position[i]);
+        std::array<double, 3> seen{};
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) seen[i] += static_cast<double>(from_.rotation[3 * j + i]) * moved[j];
+        return {seen, static_cast<double>(mesh.texture_coordinates[2 * vertex]),
+                static_cast<double>(mesh.texture_coordinates[2 * vertex + 1])};
+    }
+
+    /// How far inside the near plane, or one side of the guard band, a vertex lies.
+    double inside(const camera_vertex& v, int plane) const {
+        const double depth = -v.position[2];
+        switch (plane) {
+            case 0: return depth - z_near_;
+            case 1: return depth * slope_ + v.position[0];
+            case 2: return depth * slope_ - v.position[0];
+            case 3: return depth * slope_ + v.position[1];
+            default: return depth * slope_ - v.position[1];
+        }
+    }
+
+    /// An edge is cut going from its inner to its outer end, so that triangles on both sides of it are cut at the same point.
+    std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
+        std::array<double, 8> distance{};
+        bool any_outside = false;
+        for (std::size_t i = 0; i < count; ++i) {
+            distance[i] = inside(corners[i], plane);
+            any_outside = any_outside || distance[i] < 0;
+        }
+        if (!any_outside) return count;
+        const std::array<camera_vertex, 8> before = corners;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t next = (i + 1) % count;
+            if (distance[i] >= 0) corners[kept++] = before[i];
+            if (distance[i] >= 0 && distance[next] < 0)
+                corners[kept++] = interpolated(before[i], before[next], distance[i] / (distance[i] - distance[next]));
+            else if (distance[i] < 0 && distance[next] >= 0)
+                corners[kept++] = interpolated(before[next], before[i], distance[next] / (distance[next] - distance[i]));
+        }
+        return kept;
+    }
+
+    screen_vertex to_screen(const camera_vertex& v) const {
+        const double inverse_depth = -1 / v.position[2];
+        const double scale = static_cast<double>(from_.camera.focal_length) * inverse_depth;
+        const double steps = static_cast<double>(subsample_steps) * samples_;
+        return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
+                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps), inverse_depth, v.u, v.v};
+    }
+
+    view from_;
+    std::int32_t samples_;
+    double z_near_, slope_;
+};
+
+}  // namespace ldi::detail

@@ -1,0 +1,212 @@
+// A software rasteriser: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
+// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// pixels.
+#pragma once
+
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/render/camera.hpp>
+#include <ldi/render/detail/screen_triangles.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace ldi {
+
+struct raster_options {
+    std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
+    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
+    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
+};
+
+struct rendering {
+    image<std::uint8_t> colour;    ///< H x W x 3: the mean of the pixel's samples
+    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+};
+
+/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins.
+///
+/// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
+/// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
+/// view (the larger side times samples may be 2^19).
+template <executor Executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options, Executor& threads);
+
+inline rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                           const raster_options& options = {}) {
+    serial_executor serial;
+    return rasterize(mesh, texture, from, options, serial);
+}
+
+namespace detail {
+
+inline void check_mesh(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates, 2 texture coordinates a vertex, 3 vertices a triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const std::vector<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+    if (channels(texture) != 3 || texture.size() == 0)
+        raise(
+            error_code::mismatch, "texture", "3 channels and at least one pixel",
+            std::to_string(height(texture)) + " x " + std::to_string(width(texture)) + " x " + std::to_string(channels(texture)));
+}
+
+inline void check_options(const view& from, const raster_options& options) {
+    if (options.samples < 1 || options.samples > 8)
+        raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", std::to_string(options.z_near));
+    const pinhole_camera& camera = from.camera;
+    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
+        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + std::to_string(camera.focal_length));
+    const std::int32_t limit = 524288 / options.samples;
+    if (camera.width > limit || camera.height > limit)
+        raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+/// u, v  texture coordinates
+inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
+    const double last_x = static_cast<double>(width(texture) - 1), last_y = static_cast<double>(height(texture) - 1);
+    const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
+    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
+    const std::size_t x1 = std::min(x0 + 1, width(texture) - 1), y1 = std::min(y0 + 1, height(texture) - 1);
+    const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
+    const std::uint8_t *const upper = row(texture, y0), *const lower = row(texture, y1);
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
+        const float below = static_cast<float>(lower[3 * x0 + c]) * (1 - tx) + static_cast<float>(lower[3 * x1 + c]) * tx;
+        result[c] = static_cast<std::uint8_t>(above * (1 - ty) + below * ty + 0.5F);
+    }
+    return result;
+}
+
+/// The samples of a few rows of pixels.
+struct sample_band {
+    std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
+    std::vector<float> inverse_depth;                     ///< 0 where nothing is
+    std::vector<std::array<std::uint8_t, 3>> colour;
+
+    sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
+        : first_row(first), last_row(last), width(samples_across) {
+        inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
+        colour.assign(inverse_depth.size(), background);
+    }
+
+    void draw(const screen_triangle& t, const image<std::uint8_t>& texture) {
+        const screen_plane inverse(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth);
+        // Divided by depth, texture coordinates are affine on the screen too.
+        const screen_plane u(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth);
+        const screen_plane v(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth);
+        const double least = std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
+        const double most = std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
+        const double steps = static_cast<double>(subsample_steps);
+        const double x0 = static_cast<double>(t[0].x) / steps - 0.5, y0 = static_cast<double>(t[0].y) / steps - 0.5;
+        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+            const double dy = static_cast<double>(y) - y0;
+            std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
+            for (std::int64_t x = first; x < last; ++x, ++i) {
+                const double dx = static_cast<double>(x) - x0;
+                // Rounding in slivers must not leave the triangle's range of depths.
+                const double here = std::clamp(inverse.at(dx, dy), least, most);
+                if (static_cast<float>(here) <= inverse_depth[i]) continue;
+                inverse_depth[i] = static_cast<float>(here);
+                colour[i] = bilinear(texture, u.at(dx, dy) / here, v.at(dx, dy) / here);
+            }
+        });
+    }
+
+    void resolve(std::int32_t samples, rendering& result) const {
+        const std::size_t n = static_cast<std::size_t>(samples), across = static_cast<std::size_t>(width);
+        const std::size_t first_y = static_cast<std::size_t>(first_row) / n, last_y = static_cast<std::size_t>(last_row) / n;
+        for (std::size_t y = first_y; y < last_y; ++y)
+            for (std::size_t x = 0; x < across / n; ++x) {
+                std::array<std::size_t, 3> sum{};
+                std::size_t covered = 0;
+                float nearest = 0;
+                for (std::size_t j = 0; j < n; ++j)
+                    for (std::size_t i = 0; i < n; ++i) {
+                        const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
+                        for (std::size_t c = 0; c < 3; ++c) sum[c] += colour[sample][c];
+                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
+                        nearest = std::max(nearest, inverse_depth[sample]);
+                    }
+                for (std::size_t c = 0; c < 3; ++c)
+                    row(result.colour, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                row(result.depth, y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                row(result.coverage, y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+            }
+    }
+};
+
+/// Lists, for every band, the triangles that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+struct band_lists {
+    std::vector<std::size_t> start;
+    std::vector<std::size_t> list;
+
+    band_lists(const std::vector<screen_triangle>& triangles, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
+        const auto for_each_band = [&](const screen_triangle& t, auto&& visit) {
+            const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
+            const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
+            const std::int64_t first = std::max<std::int64_t>(floor_division(top, size), 0);
+            const std::int64_t last = std::min(floor_division(bottom, size), last_band);
+            for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
+        };
+        for (const screen_triangle& t : triangles) for_each_band(t, [&](std::size_t b) { ++start[b + 1]; });
+        for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
+        list.resize(start.back());
+        std::vector<std::size_t> next = start;
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            for_each_band(triangles[i], [&](std::size_t b) { list[next[b]++] = i; });
+    }
+};
+
+}  // namespace detail
+
+template <executor Executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options, Executor& threads) {
+    detail::check_mesh(mesh, texture);
+    detail::check_options(from, options);
+    std::vector<detail::screen_triangle> triangles;
+    triangles.reserve(mesh.triangle_count());
+    const detail::projection projection(from, options.samples, options.z_near);
+    for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
+
+    const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
+    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    // Bands are the same for any number of threads, and each is drawn by one thread in the order of the triangles.
+    const std::int64_t band_rows = 16 * options.samples;
+    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
+                       across = static_cast<std::int64_t>(w) * options.samples;
+    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
+    const detail::band_lists lists(triangles, bands, band_rows);
+    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t b = first; b < last; ++b) {
+            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
+            detail::sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) band.draw(triangles[lists.list[i]], texture);
+            band.resolve(options.samples, result);
+        }
+    });
+    return result;
+}
+
+}  // namespace ldi
