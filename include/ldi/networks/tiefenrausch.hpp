@@ -72,12 +72,12 @@ public:
     }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// follow  is told of progress as stage "depth"
+    /// follow  is told of progress as stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
     template <executor Executor>
     image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
         const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
-            follow.report("depth", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
+            follow.report("depth estimation", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
         };
         return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
     }

@@ -1,0 +1,158 @@
+// photo3d: a photo in, a 3D photo (GLB) out.
+
+#include "report.hpp"
+#include "stage_pictures.hpp"
+
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/glb.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/networks/caffe2.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <CLI/CLI.hpp>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <new>
+#include <span>
+#include <string>
+
+namespace {
+
+struct arguments {
+    std::filesystem::path photo, output, depth, depth_model, stages, report;
+    ldi::depth_map_options depth_map;
+    bool near_is_black = false, is_inverse = false, quiet = false;
+    std::string inpaint = "diffusion";
+    std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
+    float field_of_view = 0.0F;
+    int quality = 85;
+};
+
+void describe(CLI::App& app, arguments& a) {
+    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh.");
+    app.add_option("PHOTO", a.photo, "JPEG or PNG")->required();
+    app.add_option("-o,--output", a.output, "the GLB file to write")->required();
+    CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
+    app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or metres")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
+            {"disparity", ldi::depth_map_kind::disparity}, {"metres", ldi::depth_map_kind::metres}}))
+        ->needs(depth);
+    app.add_option("--depth-scale", a.depth_map.scale, "multiplies the map's values, 0.001 for millimetres")->needs(depth);
+    app.add_flag("--depth-near-is-black", a.near_is_black, "small values of a disparity map are near")->needs(depth);
+    app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means that nothing is known")->needs(depth);
+    app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
+        ->needs(depth);
+    app.add_option("--depth-model", a.depth_model, "folder with tiefenrausch.pb and tiefenrausch_init.pb")->excludes(depth);
+    app.add_option("--inpaint", a.inpaint, "how hidden surfaces get their colours: diffusion")
+        ->check(CLI::IsMember({"diffusion"}));
+    app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
+        ->check(CLI::Range(16, 16384))
+        ->capture_default_str();
+    app.add_option("--fov", a.field_of_view,
+                   "field of view over the long side, in degrees; default: from EXIF, else 26 mm equivalent")
+        ->check(CLI::Range(5, 150));
+    app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(CLI::Range(1, 100))->capture_default_str();
+    app.add_option("--threads", a.threads, "0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
+    app.add_option("--stages", a.stages, "folder for pictures of every stage");
+    app.add_option("--report", a.report, "JSON file for the figures of the run");
+    app.add_flag("--quiet", a.quiet, "print errors only");
+}
+
+ldi::tiefenrausch load_depth_network(const std::filesystem::path& folder) {
+    const std::vector<std::byte> network = ldi::read_file(folder / "tiefenrausch.pb"),
+                                 weights = ldi::read_file(folder / "tiefenrausch_init.pb");
+    const auto bytes = [](const std::vector<std::byte>& v) {
+        return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(v.data()), v.size());
+    };
+    return ldi::tiefenrausch(ldi::read_caffe2(bytes(network), bytes(weights)));
+}
+
+ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
+    ldi::photo3d_options options;
+    options.long_side = a.long_side;
+    if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
+    if (a.field_of_view > 0.0F) {
+        // The same field of view as a 35 mm equivalent, which is what the options hold.
+        const std::int32_t w = static_cast<std::int32_t>(ldi::width(photo.colour)),
+                           h = static_cast<std::int32_t>(ldi::height(photo.colour));
+        options.focal_length_35mm =
+            ldi::focal_length_from_field_of_view(a.field_of_view, w, h) / ldi::focal_length_from_35mm(1.0F, w, h);
+    }
+    ldi::thread_pool threads(a.threads);
+    const ldi::diffusion_inpainter inpainter;
+    if (!a.depth.empty()) {
+        clock.begin("reading depth");
+        ldi::depth_map_options map_options = a.depth_map;
+        map_options.white_is_near = !a.near_is_black;
+        options.normalize.is_inverse_depth = a.is_inverse || a.depth_map.kind == ldi::depth_map_kind::metres;
+        const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
+        ldi::check_fits(estimator.map, photo.colour, a.depth.string());
+        return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+    }
+    if (a.depth_model.empty())
+        ldi::raise(
+            ldi::error_code::invalid_option, "photo3d",
+            "--depth FILE or --depth-model DIR (the published network: git clone "
+            "https://github.com/facebookresearch/one_shot_3d_photography, then --depth-model one_shot_3d_photography/model)",
+            "neither");
+    clock.begin("reading depth network");
+    const ldi::tiefenrausch estimator = load_depth_network(a.depth_model);
+    return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+}
+
+void run(const arguments& a) {
+    ldi::examples::stage_clock clock(a.quiet);
+    clock.begin("reading photo");
+    const ldi::photo photo = ldi::load_photo(a.photo);
+    const ldi::photo3d result = convert(a, photo, clock);
+
+    clock.begin("writing");
+    const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.colour, a.quality);
+    ldi::glb_options glb_options;
+    glb_options.camera = result.camera;
+    const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
+    ldi::write_file(a.output, glb);
+    clock.finish();
+
+    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, glb.size(), jpeg.size());
+    if (!a.report.empty()) {
+        const std::string text = report.dump(2) + "\n";
+        ldi::write_file(a.report, std::as_bytes(std::span(text)));
+    }
+    if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages);
+    if (!a.quiet) std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), stdout);
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+#if defined(__GLIBC__)
+    // Stages free and allocate the same tens of megabytes; handing them back to the system in between costs more than the stages.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+    CLI::App app;
+    arguments a;
+    describe(app, a);
+    CLI11_PARSE(app, count, values);
+    try {
+        run(a);
+    } catch (const std::bad_alloc&) {
+        std::fputs("photo3d: not enough memory\n", stderr);
+        return 1;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "\nphoto3d: %s\n", e.what());
+        return 1;
+    }
+    return 0;
+}

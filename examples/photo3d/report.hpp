@@ -1,0 +1,139 @@
+// What a run of photo3d took and made: the table that it prints, and the same as JSON.
+#pragma once
+
+#include <ldi/photo3d.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Follows the stages and measures them.
+class stage_clock {
+public:
+    /// quiet  print nothing while running
+    explicit stage_clock(bool quiet) : quiet_(quiet) {}
+
+    observer watcher() {
+        observer o;
+        o.user = this;
+        o.on_progress = [](void* self, std::string_view stage, float fraction) {
+            static_cast<stage_clock*>(self)->on_progress(stage, fraction);
+        };
+        return o;
+    }
+
+    /// Begins a stage that ldi does not know of, such as reading the photo. Ends with the next stage, or with finish().
+    void begin(std::string_view stage) {
+        finish();
+        stages_.emplace_back(stage, 0.0);
+        started_ = clock::now();
+        is_running_ = true;
+        shown_ = -1;
+        show(0);
+    }
+
+    void finish() {
+        if (!is_running_) return;
+        stages_.back().second = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
+        is_running_ = false;
+        if (!quiet_) std::fprintf(stderr, "\r%-22s %8.1f ms\n", stages_.back().first.c_str(), stages_.back().second);
+    }
+
+    /// Name and milliseconds of every stage.
+    const std::vector<std::pair<std::string, double>>& stages() const { return stages_; }
+
+private:
+    using clock = std::chrono::steady_clock;
+
+    void on_progress(std::string_view stage, float fraction) {
+        if (!is_running_ || stages_.back().first != stage) begin(stage);
+        show(static_cast<int>(100.0F * fraction));
+    }
+
+    void show(int percent) {
+        if (quiet_ || percent / 10 == shown_ / 10) return;
+        shown_ = percent;
+        std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().first.c_str(), percent);
+    }
+
+    bool quiet_;
+    bool is_running_ = false;
+    int shown_ = -1;
+    clock::time_point started_;
+    std::vector<std::pair<std::string, double>> stages_;
+};
+
+/// The largest number of pixels at one position.
+inline std::size_t layer_count(const graph& g) {
+    std::vector<std::size_t> count(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        ++count[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])];
+    return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
+}
+
+/// Figures of the result; file sizes in bytes.
+inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, std::size_t glb_bytes,
+                                          std::size_t jpeg_bytes) {
+    nlohmann::ordered_json report;
+    double total = 0.0;
+    for (const auto& [stage, milliseconds] : clock.stages()) {
+        report["milliseconds"][stage] = milliseconds;
+        total += milliseconds;
+    }
+    report["milliseconds"]["total"] = total;
+    report["width"] = width(result.photo);
+    report["height"] = height(result.photo);
+    report["pixels"] = result.layers.size();
+    report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
+    report["layers"] = layer_count(result.layers.topology);
+    report["curves"] = result.curves.size();
+    report["charts"] = result.charts.charts.size();
+    report["atlas_width"] = width(result.atlas.colour);
+    report["atlas_height"] = height(result.atlas.colour);
+    report["atlas_fill"] = result.atlas.fill;
+    report["vertices"] = result.mesh.vertex_count();
+    report["triangles"] = result.mesh.triangle_count();
+    report["jpeg_bytes"] = jpeg_bytes;
+    report["glb_bytes"] = glb_bytes;
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    report["peak_memory_bytes"] = static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+    return report;
+}
+
+/// The figures as lines of text; stage times were shown while running.
+inline std::string to_table(const nlohmann::ordered_json& report) {
+    std::string table;
+    const auto line = [&](const std::string& name, const std::string& value) {
+        table += name + std::string(name.size() < 24 ? 24 - name.size() : 1, ' ') + value + "\n";
+    };
+    for (const auto& [stage, milliseconds] : report["milliseconds"].items()) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%8.1f ms", milliseconds.get<double>());
+        line(stage, text);
+    }
+    const auto number = [&](const char* key) { return std::to_string(report[key].get<std::size_t>()); };
+    line("photo", number("width") + " x " + number("height"));
+    line("pixels",
+         number("pixels") + ", " + number("hidden_pixels") + " of them hidden, in up to " + number("layers") + " layers");
+    char fill[32];
+    std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
+    line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
+    line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
+    line("bytes", number("glb_bytes") + ", " + number("jpeg_bytes") + " of them texture");
+    line("peak memory", std::to_string(report["peak_memory_bytes"].get<std::size_t>() / 1'000'000) + " MB");
+    return table;
+}
+
+}  // namespace ldi::examples
