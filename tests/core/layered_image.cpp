@@ -31,6 +31,7 @@ struct no_scalar {
 using users_layers = layered_image<normal_column, disparity_column, name_column, other_disparity_column>;
 
 static_assert(payload_column<colour_column> && payload_column<normal_column> && payload_column<name_column>);
+static_assert(no_scalar::channels == 1);  // used, so that no compiler warns
 static_assert(!payload_column<no_channels> && !payload_column<no_scalar> && !payload_column<float>);
 static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_constructible_v<users_layers>);
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
