@@ -141,7 +141,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("colour inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers.topology, options.charts);
+    result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
     watcher.report("chart generation", 1.0F);
 
     watcher.report("chart padding", 0.0F);
