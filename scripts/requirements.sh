@@ -1,6 +1,7 @@
 # Sourced by tests/run.sh, examples/photo3d/run.sh and .ci/run: finds out what is missing on this machine and installs it.
 #
-#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME" or "header NAME".
+#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME",
+#                     or "library NAME" for one that belongs to clang.
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
 
 # shellcheck shell=bash
@@ -15,18 +16,18 @@ readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.
 readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
-readonly needs_clang=("command clang++;clang" "command clang-format;clang-format")
+readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.
 missing_needs() {
     local need kind name headers=""
     for need in "$@"; do
         read -r kind name <<<"${need%%;*}"
-        if [ "$kind" = command ]; then
-            command -v "$name" >/dev/null || printf '%s\n' "$need"
-        else
-            headers+="#if !__has_include(<$name>)"$'\n'"$need"$'\n'"#endif"$'\n'
-        fi
+        case $kind in
+            command) command -v "$name" >/dev/null || printf '%s\n' "$need" ;;
+            header) headers+="#if !__has_include(<$name>)"$'\n'"$need"$'\n'"#endif"$'\n' ;;
+            library) compgen -G "/usr/lib/llvm-*/lib/clang/*/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
+        esac
     done
     if [ -n "$headers" ]; then
         printf '%s' "$headers" | "${CXX:-g++}" -E -P -x c++ - | sed '/^ *$/d'

@@ -9,6 +9,7 @@
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/components.hpp>
+#include <ldi/core/diffusion.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/graph.hpp>
@@ -17,6 +18,7 @@
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
 
+#include <ldi/kernels/area_resize.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>
 #include <ldi/kernels/elementwise_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>
@@ -24,13 +26,35 @@
 #include <ldi/kernels/window_rows.hpp>
 
 #include <ldi/nn/network_description.hpp>
+#include <ldi/nn/quantized_network.hpp>
 
+#include <ldi/networks/tiefenrausch.hpp>
+
+#include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/depth/resample.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/layers/discontinuity_curves.hpp>
+#include <ldi/layers/expand.hpp>
 #include <ldi/layers/lift.hpp>
+#include <ldi/layers/mixed_colours.hpp>
 
+#include <ldi/texture/atlas.hpp>
 #include <ldi/texture/charts.hpp>
+#include <ldi/texture/packing.hpp>
+#include <ldi/texture/padding.hpp>
 
+#include <ldi/mesh/build_mesh.hpp>
+#include <ldi/mesh/flip.hpp>
+#include <ldi/mesh/outlines.hpp>
+#include <ldi/mesh/simplify.hpp>
+#include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/mesh/triangulate.hpp>
 
 #include <ldi/render/camera.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <ldi/photo3d.hpp>

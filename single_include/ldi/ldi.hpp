@@ -605,6 +605,192 @@ inline error_handler set_error_handler(error_handler handler) {
 
 }  // namespace ldi
 
+// ---- ldi/core/diffusion.hpp
+// Isotropic diffusion of colours into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
+// inpainting that needs no network): each unknown cell becomes the mean of its neighbours, which is the smoothest way through the
+// known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
+//
+// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
+// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
+// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colours.
+
+namespace ldi {
+
+/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
+///
+///     diffusion d;
+///     d.start();
+///     const std::int32_t cell = d.add_cell(3, 7);
+///     d.add_known_neighbour(cell, red_green_blue);
+///     d.solve(4);
+///     d.colour(cell)[0];
+class diffusion {
+public:
+    /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
+    using colour_type = std::array<float, 4>;
+
+    /// Forgets all cells.
+    void start() {
+        if (levels_.empty()) levels_.resize(1);
+        levels_[0].clear();
+    }
+
+    /// Adds an unknown cell and returns its number: 1 for the first, and so on. Cells come in scanline order; several may lie at
+    /// one position.
+    std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
+
+    /// Says that a neighbour of the cell has a known colour: red, green, blue.
+    void add_known_neighbour(std::int32_t cell, const std::uint8_t* colour) {
+        colour_type& sum = levels_[0].known[static_cast<std::size_t>(cell)];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(colour[c]);
+        sum[3] += 1.0F;
+    }
+
+    /// Says which unknown cell lies to the left of the cell.
+    void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
+    /// Says which unknown cell lies above the cell.
+    void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
+
+    /// The number of cells.
+    std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
+
+    /// Finds all colours with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known colour gets the
+    /// mean of all known ones.
+    void solve(int rounds) {
+        if (size() == 0) return;
+        std::size_t depth = 1;
+        while (!levels_[depth - 1].all_border_on_known()) {
+            if (levels_.size() == depth) levels_.emplace_back();
+            coarsen(levels_[depth - 1], levels_[depth]);
+            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
+            ++depth;
+        }
+        for (std::size_t l = depth; l-- > 0;) {
+            level& here = levels_[l];
+            if (l + 1 == depth) {
+                here.start_from_known();
+            } else {
+                for (std::size_t i = 1; i < here.value.size(); ++i)
+                    here.value[i] = levels_[l + 1].value[static_cast<std::size_t>(here.parent[i])];
+            }
+            here.prepare();
+            for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
+        }
+    }
+
+    /// The colour of a cell, once solved.
+    const colour_type& colour(std::int32_t cell) const { return levels_[0].value[static_cast<std::size_t>(cell)]; }
+
+private:
+    static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
+
+    /// Cell 0 is black and stands for every neighbour that does not exist.
+    struct level {
+        std::vector<colour_type> value;
+        std::vector<colour_type>
+            known;  // sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours
+        std::vector<std::array<std::int32_t, 4>> links;
+        std::vector<std::array<std::int32_t, 2>> position;
+        std::vector<std::int32_t> parent;
+
+        std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void clear() {
+            value.clear(), known.clear(), links.clear(), position.clear();
+            add(0, -1);
+        }
+
+        std::int32_t add(std::int32_t x, std::int32_t y) {
+            value.push_back({});
+            known.push_back({});
+            links.push_back({});
+            position.push_back({x, y});
+            return static_cast<std::int32_t>(value.size()) - 1;
+        }
+
+        void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
+            links[static_cast<std::size_t>(a)][from_a] = b;
+            links[static_cast<std::size_t>(b)][from_b] = a;
+        }
+
+        /// Where surfaces branch a joined cell may have two neighbours on a side; it keeps the first.
+        void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
+            if (links[static_cast<std::size_t>(a)][from_a] == 0 && links[static_cast<std::size_t>(b)][from_b] == 0)
+                link(a, b, from_a, from_b);
+        }
+
+        bool all_border_on_known() const {
+            for (std::size_t i = 1; i < known.size(); ++i)
+                if (known[i][3] == 0.0F) return false;
+            return true;
+        }
+
+        void start_from_known() {
+            colour_type all{};
+            for (const colour_type& k : known)
+                for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                const colour_type& from = known[i][3] > 0.0F ? known[i] : all;
+                for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
+            }
+        }
+
+        void prepare() {
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                float neighbours = known[i][3];
+                for (std::int32_t other : links[i]) neighbours += other != 0 ? 1.0F : 0.0F;
+                if (neighbours == 0.0F) known[i] = value[i], neighbours = 1.0F;  // stays as it is
+                known[i][3] = 1.0F / neighbours;
+            }
+        }
+
+        void relax(bool backwards) {
+            const std::size_t count = value.size();
+            for (std::size_t step = 1; step < count; ++step) {
+                const std::size_t i = backwards ? count - step : step;
+                const colour_type& up = value[static_cast<std::size_t>(links[i][upwards])];
+                const colour_type& down = value[static_cast<std::size_t>(links[i][downwards])];
+                const colour_type& left = value[static_cast<std::size_t>(links[i][to_left])];
+                const colour_type& right = value[static_cast<std::size_t>(links[i][to_right])];
+                const colour_type& k = known[i];
+                colour_type mean;
+                for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
+                value[i] = mean;
+            }
+        }
+    };
+
+    /// Joins linked cells of each two by two positions.
+    static void coarsen(level& fine, level& coarse) {
+        coarse.clear();
+        fine.parent.assign(fine.value.size(), 0);
+        for (std::size_t i = 1; i < fine.value.size(); ++i) {
+            const std::int32_t x = fine.position[i][0], y = fine.position[i][1];
+            std::int32_t parent = x % 2 == 1 ? fine.parent[static_cast<std::size_t>(fine.links[i][to_left])] : 0;
+            if (parent == 0 && y % 2 == 1) parent = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            if (parent == 0) parent = coarse.add(x / 2, y / 2);
+            fine.parent[i] = parent;
+            colour_type& known = coarse.known[static_cast<std::size_t>(parent)];
+            for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
+        }
+        for (std::size_t i = 1; i < fine.value.size(); ++i) {
+            const std::int32_t here = fine.parent[i];
+            const std::int32_t left = fine.parent[static_cast<std::size_t>(fine.links[i][to_left])];
+            const std::int32_t up = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            if (left != 0 && left != here) coarse.link_if_free(left, here, to_right, to_left);
+            if (up != 0 && up != here) coarse.link_if_free(up, here, downwards, upwards);
+        }
+    }
+
+    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
+    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
+    static constexpr float known_weight = 2.0F / 3.0F;
+
+    std::vector<level> levels_;
+};
+
+}  // namespace ldi
+
 // ---- ldi/core/executor.hpp
 // The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
 // Results never depend on the executor or on its number of threads.
@@ -1053,6 +1239,111 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 
 }  // namespace ldi
 
+// ---- ldi/kernels/area_resize.hpp
+// Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
+// Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
+
+namespace ldi {
+
+/// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
+struct area_weights {
+    struct cover {
+        std::size_t first = 0;   ///< pixel of the source
+        std::size_t count = 0;   ///< of pixels
+        std::size_t weight = 0;  ///< of the first pixel, in `weights`
+    };
+    std::vector<cover> covers;   ///< one for each pixel of the result
+    std::vector<float> weights;  ///< those of a cover add up to 1
+};
+
+/// Lengths are at least 1 and their product is below 2^63.
+inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
+    LDI_ASSERT(source_length > 0 && result_length > 0);
+    // In units of 1 / (source_length * result_length) of the whole, both kinds of pixels have whole borders.
+    const std::uint64_t source = source_length, result = result_length;
+    area_weights made;
+    for (std::uint64_t i = 0; i < result; ++i) {
+        const std::uint64_t begin = i * source, end = begin + source;
+        const std::uint64_t first = begin / result, last = (end + result - 1) / result;
+        made.covers.push_back({static_cast<std::size_t>(first), static_cast<std::size_t>(last - first), made.weights.size()});
+        for (std::uint64_t s = first; s < last; ++s) {
+            const std::uint64_t overlap =
+                std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
+            made.weights.push_back(static_cast<float>(static_cast<double>(overlap) / static_cast<double>(source)));
+        }
+    }
+    return made;
+}
+
+// A fused multiply-add would change the last bit of some sums on machines that have it. What is left to the user: not to ask
+// clang for -ffp-contract=fast, or any compiler for -ffast-math, which override this.
+#if defined(__clang__)
+#define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
+#else
+#define LDI_NO_FUSED_MULTIPLY_ADD
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/// Adds `weight` times the horizontally averaged `source` to `sums`.
+///
+/// source  pixels x channels      sums  covers x channels
+inline void add_area_row(const area_weights& horizontal, const std::uint8_t* source, std::size_t channels, float weight,
+                         float* sums) {
+    LDI_NO_FUSED_MULTIPLY_ADD
+    for (const area_weights::cover& cover : horizontal.covers)
+        for (std::size_t c = 0; c < channels; ++c, ++sums) {
+            float mean = 0;
+            for (std::size_t i = 0; i < cover.count; ++i) {
+                const float value = static_cast<float>(source[(cover.first + i) * channels + c]);
+                const float share = horizontal.weights[cover.weight + i] * value;
+                mean += share;
+            }
+            const float share = weight * mean;
+            *sums += share;
+        }
+}
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
+#undef LDI_NO_FUSED_MULTIPLY_ADD
+
+/// One row of the result.
+///
+/// source  H x W x channels       result  horizontal.covers x channels
+inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
+                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, std::vector<float>& sums,
+                            std::uint8_t* result) {
+    sums.assign(horizontal.covers.size() * channels, 0.0F);
+    const area_weights::cover& rows = vertical.covers[y];
+    for (std::size_t i = 0; i < rows.count; ++i)
+        add_area_row(horizontal, source + (rows.first + i) * source_width * channels, channels, vertical.weights[rows.weight + i],
+                     sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
+}
+
+/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their
+/// borders.
+template <executor Executor>
+image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
+                                Executor& threads) {
+    LDI_ASSERT(source.size() > 0);
+    const area_weights horizontal = make_area_weights(width(source), result_width);
+    const area_weights vertical = make_area_weights(height(source), result_height);
+    image<std::uint8_t> result = make_image<std::uint8_t>(result_height, result_width, channels(source));
+    parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
+        std::vector<float> sums;
+        for (std::size_t y = first; y < last; ++y)
+            area_resize_row(horizontal, vertical, y, source.data(), width(source), channels(source), sums, row(result, y));
+    });
+    return result;
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantisation: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
 // arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
@@ -1124,7 +1415,8 @@ inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r
     return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
 }
 
-/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10, 2^8).
+/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
+/// 2^8).
 inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     const float larger = (std::max)(a_ratio, b_ratio);
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
@@ -1190,12 +1482,14 @@ inline depthwise_u8_weights pack_depthwise_u8(std::span<const std::uint8_t> weig
 
 namespace scalar {
 
+/// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
+inline constexpr std::size_t depthwise_block = 16;
+
 /// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
-    constexpr std::size_t most = 8;
-    std::int32_t sums[most] = {};
+    std::int32_t sums[depthwise_block] = {};
     const std::int16_t zero_point = weights.padding[0];
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
         const std::uint8_t* const x = taps[t] + first;
@@ -1210,19 +1504,25 @@ inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t stride, std::uint8_t* result) {
-    using eight = std::integral_constant<std::size_t, 8>;
+    using block = std::integral_constant<std::size_t, depthwise_block>;
+    const std::size_t channels = weights.channels;
     const std::size_t result_width = (width - 1) / stride + 1;
-    for (std::size_t x = 0; x < result_width; ++x, result += weights.channels) {
+    for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
             const std::size_t column = x * stride + t % 3;  // one more than the column that is read
             const bool outside = rows[t / 3] == nullptr || column == 0 || column > width;
-            taps[t] = outside ? weights.padding.data() : rows[t / 3] + (column - 1) * weights.channels;
+            taps[t] = outside ? weights.padding.data() : rows[t / 3] + (column - 1) * channels;
+        }
+        if (channels < block::value) {
+            depthwise_u8_channels(weights, taps, 0, channels, result);
+            continue;
         }
         std::size_t first = 0;
-        for (; first + eight::value <= weights.channels; first += eight::value)
-            depthwise_u8_channels(weights, taps, first, eight{}, result);
-        if (first < weights.channels) depthwise_u8_channels(weights, taps, first, weights.channels - first, result);
+        for (; first + block::value <= channels; first += block::value)
+            depthwise_u8_channels(weights, taps, first, block{}, result);
+        // The last block overlaps the one before and gives the same values once more.
+        if (first < channels) depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
     }
 }
 
@@ -1368,8 +1668,8 @@ struct window_geometry {
 };
 
 /// Writes the windows of result pixels (first_x .. first_x + count - 1, y), one after the other, each k x k x channels.
-inline void window_rows(const window_geometry& g, const std::uint8_t* image, std::size_t y, std::size_t first_x, std::size_t count,
-                        std::uint8_t* windows) {
+inline void window_rows(const window_geometry& g, const std::uint8_t* image, std::size_t y, std::size_t first_x,
+                        std::size_t count, std::uint8_t* windows) {
     const std::size_t margin = g.side / 2;
     for (std::size_t x = first_x; x < first_x + count; ++x)
         for (std::size_t ky = 0; ky < g.side; ++ky)
@@ -1433,6 +1733,881 @@ struct network_description {
 
 }  // namespace ldi
 
+// ---- ldi/nn/detail/check_network.hpp
+// Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
+// used, and an error names the tensor.
+
+#include <limits>
+
+namespace ldi::detail {
+
+inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
+
+/// The factor from an accumulator's unit to the output's. The order of the operations decides the last bit.
+inline float requantization_scale(quantization input, quantization weights, quantization output) {
+    return input.scale * weights.scale / output.scale;
+}
+
+/// What the checks keep of each tensor that has passed.
+struct checked_tensor {
+    quantization values;
+    std::size_t channels;
+};
+
+inline void check_scale(const std::string& name, float scale) {
+    if (!(scale >= std::numeric_limits<float>::min() && scale <= std::numeric_limits<float>::max()))
+        raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
+}
+
+inline const checked_tensor& checked_input(const std::string& name, const std::vector<checked_tensor>& tensors,
+                                           std::size_t input) {
+    if (input >= tensors.size())
+        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+    return tensors[input];
+}
+
+/// Every output's sums stay inside 32 bits, in any order of summation and with the input's zero point folded into the bias.
+inline void check_accumulators(const std::string& name, const convolution_description& c) {
+    const std::size_t inputs = c.weights.size() / c.bias.size();
+    for (std::size_t o = 0; o < c.bias.size(); ++o) {
+        std::int64_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i)
+            sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
+        const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        if (most > std::numeric_limits<std::int32_t>::max())
+            raise(error_code::unsupported, name, "sums below 2^31",
+                  "up to " + std::to_string(most) + " in output " + std::to_string(o));
+    }
+}
+
+inline std::size_t check_operator(const operator_description& op, const convolution_description& c,
+                                  const std::vector<checked_tensor>& tensors) {
+    const checked_tensor& input = checked_input(op.name, tensors, c.input);
+    const std::size_t outputs = c.bias.size();
+    if (outputs == 0 || outputs > most_channels)
+        raise(error_code::unsupported, op.name, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
+    if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
+        raise(error_code::unsupported, op.name, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
+              std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
+    if (c.stride == 0 || c.stride > most_stride)
+        raise(error_code::unsupported, op.name, "a stride of 1 or 2", std::to_string(c.stride));
+    if (c.depthwise && outputs != input.channels)
+        raise(error_code::mismatch, op.name, std::to_string(input.channels) + " channels, as the input has",
+              std::to_string(outputs));
+    const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
+    if (c.weights.size() != weights)
+        raise(error_code::mismatch, op.name, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
+    check_scale(op.name + " weights", c.weight_quantization.scale);
+    const float scale = requantization_scale(input.values, c.weight_quantization, op.output);
+    if (!is_requantization_scale(scale))
+        raise(error_code::unsupported, op.name, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
+    check_accumulators(op.name, c);
+    return outputs;
+}
+
+inline std::size_t check_operator(const operator_description& op, const addition_description& s,
+                                  const std::vector<checked_tensor>& tensors) {
+    const checked_tensor& a = checked_input(op.name, tensors, s.inputs[0]);
+    const checked_tensor& b = checked_input(op.name, tensors, s.inputs[1]);
+    if (a.channels != b.channels)
+        raise(error_code::mismatch, op.name, "two tensors with equally many channels",
+              std::to_string(a.channels) + " and " + std::to_string(b.channels));
+    const float a_ratio = a.values.scale / op.output.scale, b_ratio = b.values.scale / op.output.scale;
+    if (!are_addition_ratios(a_ratio, b_ratio))
+        raise(error_code::unsupported, op.name, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
+              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+    return a.channels;
+}
+
+inline std::size_t check_operator(const operator_description& op, const nearest_resize_description& r,
+                                  const std::vector<checked_tensor>& tensors) {
+    const checked_tensor& input = checked_input(op.name, tensors, r.input);
+    if (r.factor == 0 || r.factor > most_resize_factor)
+        raise(error_code::unsupported, op.name, "a factor of 1 to " + std::to_string(most_resize_factor),
+              std::to_string(r.factor));
+    if (op.output != input.values) raise(error_code::mismatch, op.name, "the input's scale and zero point", "others");
+    return input.channels;
+}
+
+inline void check_network(const network_description& network) {
+    if (network.input_channels == 0 || network.input_channels > most_channels)
+        raise(error_code::unsupported, network.input_name, "1 to " + std::to_string(most_channels) + " channels",
+              std::to_string(network.input_channels));
+    check_scale(network.input_name, network.input.scale);
+    std::vector<checked_tensor> tensors{{network.input, network.input_channels}};
+    for (const operator_description& op : network.operators) {
+        check_scale(op.name, op.output.scale);
+        const std::size_t channels = std::visit([&](const auto& kind) { return check_operator(op, kind, tensors); }, op.kind);
+        tensors.push_back({op.output, channels});
+    }
+    if (network.output >= tensors.size())
+        raise(error_code::invalid_data, network.input_name, "a result that an operator makes",
+              "tensor " + std::to_string(network.output));
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/nn/quantized_network.hpp
+// Runs a network of 8-bit convolutions, additions and nearest-neighbour enlargements (paper, section "Depth Estimation",
+// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+
+namespace ldi {
+
+/// Height and width of a tensor.
+struct tensor_size {
+    std::size_t height = 0, width = 0;
+
+    friend bool operator==(const tensor_size&, const tensor_size&) = default;
+};
+
+/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
+class quantized_network {
+public:
+    /// No run may need more than this for the tensors that are alive at the same time.
+    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+
+    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    explicit quantized_network(const network_description& description) {
+        detail::check_network(description);
+        input_ = {description.input_name, description.input, description.input_channels};
+        for (const operator_description& op : description.operators) layers_.push_back(make_layer(op));
+        output_ = description.output;
+        find_last_uses();
+    }
+
+    quantization input_quantization() const { return input_.values; }
+    quantization output_quantization() const { return tensor(output_).values; }
+    std::size_t input_channels() const { return input_.channels; }
+    std::size_t output_channels() const { return tensor(output_).channels; }
+    std::size_t layer_count() const { return layers_.size(); }
+
+    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
+    tensor_size output_size(tensor_size input) const { return plan(input)[output_]; }
+
+    /// What run() calls after each layer unless told otherwise.
+    struct ignore_layers {
+        void operator()(std::size_t, std::string_view, const image<std::uint8_t>&) const {}
+    };
+
+    /// input    H x W x input_channels(), in input_quantization()
+    /// observe  called as observe(layer, name, tensor) on the calling thread once each layer's tensor is complete; what it
+    ///          throws ends the run
+    /// Returns the result in output_quantization(). Tensors are freed as soon as no later layer reads them.
+    template <executor Executor, class Observe = ignore_layers>
+    image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Observe&& observe = {}) const {
+        if (channels(input) != input_.channels)
+            raise(error_code::mismatch, input_.name, std::to_string(input_.channels) + " channels",
+                  std::to_string(channels(input)));
+        const std::vector<tensor_size> sizes = plan({height(input), width(input)});
+        std::vector<image<std::uint8_t>> made(layers_.size() + 1);
+        const auto read = [&](std::size_t t) -> const image<std::uint8_t>& { return t == 0 ? input : made[t]; };
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            const layer& l = layers_[i];
+            image<std::uint8_t>& result = made[i + 1];
+            result = make_image<std::uint8_t>(sizes[i + 1].height, sizes[i + 1].width, l.result.channels);
+            std::visit([&](const auto& kind) { execute(kind, read, result, threads); }, l.kind);
+            observe(i, std::string_view(l.result.name), std::as_const(result));
+            for (std::size_t t : l.last_uses) made[t] = {};
+        }
+        return output_ == 0 ? input : std::move(made[output_]);
+    }
+
+private:
+    struct tensor_kind {
+        std::string name;
+        quantization values;
+        std::size_t channels = 0;
+    };
+    struct dense_convolution {
+        std::size_t input, kernel, stride;
+        std::uint8_t padding;
+        gemm_u8_weights weights;
+    };
+    struct depthwise_convolution {
+        std::size_t input, stride;
+        depthwise_u8_weights weights;
+    };
+    struct addition {
+        std::size_t a, b;
+        quantized_addition arithmetic;
+    };
+    struct nearest_resize {
+        std::size_t input, factor;
+    };
+    struct layer {
+        tensor_kind result;
+        std::variant<dense_convolution, depthwise_convolution, addition, nearest_resize> kind;
+        std::vector<std::size_t> last_uses;  ///< tensors that no later layer reads
+    };
+
+    const tensor_kind& tensor(std::size_t t) const { return t == 0 ? input_ : layers_[t - 1].result; }
+
+    layer make_layer(const operator_description& op) const {
+        layer made{{op.name, op.output, 0}, nearest_resize{}, {}};
+        if (const auto* c = std::get_if<convolution_description>(&op.kind)) {
+            const tensor_kind& from = tensor(c->input);
+            const requantization output = make_requantization(
+                detail::requantization_scale(from.values, c->weight_quantization, op.output), op.output.zero_point);
+            const std::uint8_t weight_zero = c->weight_quantization.zero_point, input_zero = from.values.zero_point;
+            made.result.channels = c->bias.size();
+            if (c->depthwise)
+                made.kind = depthwise_convolution{c->input, c->stride,
+                                                  pack_depthwise_u8(c->weights, weight_zero, c->bias, input_zero, output)};
+            else
+                made.kind = dense_convolution{c->input, c->kernel, c->stride, input_zero,
+                                              pack_gemm_u8(c->weights, weight_zero, c->bias, input_zero, output)};
+        } else if (const auto* s = std::get_if<addition_description>(&op.kind)) {
+            const tensor_kind &a = tensor(s->inputs[0]), &b = tensor(s->inputs[1]);
+            made.result.channels = a.channels;
+            made.kind = addition{s->inputs[0], s->inputs[1], make_quantized_addition(a.values, b.values, op.output)};
+        } else if (const auto* r = std::get_if<nearest_resize_description>(&op.kind)) {
+            made.result.channels = tensor(r->input).channels;
+            made.kind = nearest_resize{r->input, r->factor};
+        }
+        return made;
+    }
+
+    static std::vector<std::size_t> inputs(const layer& l) {
+        if (const auto* a = std::get_if<addition>(&l.kind)) return {a->a, a->b};
+        if (const auto* c = std::get_if<dense_convolution>(&l.kind)) return {c->input};
+        if (const auto* d = std::get_if<depthwise_convolution>(&l.kind)) return {d->input};
+        if (const auto* r = std::get_if<nearest_resize>(&l.kind)) return {r->input};
+        return {};
+    }
+
+    void find_last_uses() {
+        std::vector<std::size_t> last(layers_.size() + 1);
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            last[i + 1] = i;  // a tensor that nothing reads goes at once
+            for (std::size_t t : inputs(layers_[i])) last[t] = i;
+        }
+        for (std::size_t t = 1; t < last.size(); ++t)
+            if (t != output_) layers_[last[t]].last_uses.push_back(t);
+    }
+
+    /// The size of every tensor, found before anything is allocated.
+    std::vector<tensor_size> plan(tensor_size input) const {
+        if (input.height == 0 || input.width == 0)
+            raise(error_code::invalid_data, input_.name, "at least one pixel",
+                  std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
+        std::vector<tensor_size> sizes{input};
+        std::uint64_t alive = bytes(input_, input);
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            const layer& l = layers_[i];
+            sizes.push_back(size_after(l, sizes));
+            alive += bytes(l.result, sizes.back());
+            if (alive > most_bytes)
+                raise(error_code::too_large, l.result.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
+                      "an input of " + std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
+            for (std::size_t t : l.last_uses) alive -= bytes(tensor(t), sizes[t]);
+        }
+        return sizes;
+    }
+
+    /// Bytes of a tensor, or more than most_bytes if that overflows.
+    static std::uint64_t bytes(const tensor_kind& kind, tensor_size size) {
+        std::uint64_t product = kind.channels;
+        for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
+            product = factor > most_bytes || product * factor > most_bytes ? most_bytes + 1 : product * factor;
+        return product;
+    }
+
+    tensor_size size_after(const layer& l, const std::vector<tensor_size>& sizes) const {
+        const auto shrunk = [](tensor_size s, std::size_t stride) {
+            return tensor_size{(s.height - 1) / stride + 1, (s.width - 1) / stride + 1};
+        };
+        if (const auto* c = std::get_if<dense_convolution>(&l.kind)) return shrunk(sizes[c->input], c->stride);
+        if (const auto* d = std::get_if<depthwise_convolution>(&l.kind)) return shrunk(sizes[d->input], d->stride);
+        if (const auto* r = std::get_if<nearest_resize>(&l.kind))
+            return {sizes[r->input].height * r->factor, sizes[r->input].width * r->factor};
+        const auto& s = *std::get_if<addition>(&l.kind);
+        const tensor_size a = sizes[s.a], b = sizes[s.b];
+        if (a != b)
+            raise(error_code::mismatch, l.result.name, "two tensors of equal size to add",
+                  std::to_string(a.width) + " x " + std::to_string(a.height) + " and " + std::to_string(b.width) + " x " +
+                      std::to_string(b.height));
+        return a;
+    }
+
+    template <class Read, class Executor>
+    static void execute(const dense_convolution& c, const Read& read, image<std::uint8_t>& result, Executor& threads) {
+        const image<std::uint8_t>& input = read(c.input);
+        if (c.kernel == 1 && c.stride == 1) {
+            parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
+                for (std::size_t y = first; y < last; ++y) gemm_u8(c.weights, row(input, y), width(result), row(result, y));
+            });
+            return;
+        }
+        const window_geometry windows{height(input), width(input), channels(input), c.kernel, c.stride, c.padding};
+        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
+            constexpr std::size_t most = 64;  // pixels whose windows are laid out at a time: they stay in the first-level cache
+            std::vector<std::uint8_t> laid_out(most * c.weights.inputs);
+            for (std::size_t y = first; y < last; ++y)
+                for (std::size_t x = 0; x < width(result); x += most) {
+                    const std::size_t count = std::min(most, width(result) - x);
+                    window_rows(windows, input.data(), y, x, count, laid_out.data());
+                    gemm_u8(c.weights, laid_out.data(), count, row(result, y) + x * c.weights.outputs);
+                }
+        });
+    }
+
+    template <class Read, class Executor>
+    static void execute(const depthwise_convolution& d, const Read& read, image<std::uint8_t>& result, Executor& threads) {
+        const image<std::uint8_t>& input = read(d.input);
+        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t y = first; y < last; ++y) {
+                const std::size_t middle = y * d.stride;
+                const std::uint8_t* const rows[3] = {middle > 0 ? row(input, middle - 1) : nullptr, row(input, middle),
+                                                     middle + 1 < height(input) ? row(input, middle + 1) : nullptr};
+                depthwise_u8(d.weights, rows, width(input), d.stride, row(result, y));
+            }
+        });
+    }
+
+    template <class Read, class Executor>
+    static void execute(const addition& s, const Read& read, image<std::uint8_t>& result, Executor& threads) {
+        const image<std::uint8_t>&a = read(s.a), &b = read(s.b);
+        const std::size_t values_in_row = width(result) * channels(result);
+        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
+            add_u8(s.arithmetic, row(a, first), row(b, first), (last - first) * values_in_row, row(result, first));
+        });
+    }
+
+    template <class Read, class Executor>
+    static void execute(const nearest_resize& r, const Read& read, image<std::uint8_t>& result, Executor& threads) {
+        const image<std::uint8_t>& input = read(r.input);
+        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t y = first; y < last; ++y)
+                repeat_pixels_u8(row(input, y / r.factor), width(input), channels(input), r.factor, row(result, y));
+        });
+    }
+
+    tensor_kind input_;
+    std::vector<layer> layers_;
+    std::size_t output_ = 0;
+};
+
+}  // namespace ldi
+
+// ---- ldi/networks/detail/exponential.hpp
+// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
+// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
+// it.
+
+namespace ldi::detail {
+
+/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
+inline float exponential(float x) {
+    const float power = std::nearbyint(x * 1.442695040888963407F);
+    float r = std::fma(power, -6.93145752e-1F, x);
+    r = std::fma(power, -1.42860677e-6F, r);
+    float numerator = 5.082762527590693718096e-04F;
+    for (float coefficient : {6.757896990527504603057e-03F, 5.114512081637298353406e-02F, 2.473615434895520810817e-01F,
+                              7.257664613233124478488e-01F, 9.999999999980870924916e-01F})
+        numerator = std::fma(numerator, r, coefficient);
+    float denominator = 2.159509375685829852307e-02F;
+    for (float coefficient : {-2.742335390411667452936e-01F, 1.000000000000000000000e+00F})
+        denominator = std::fma(denominator, r, coefficient);
+    return std::ldexp(numerator / denominator, static_cast<int>(power));
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/networks/tiefenrausch.hpp
+// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published. Build it
+// from what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
+
+namespace ldi {
+
+/// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
+class tiefenrausch {
+public:
+    static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
+    static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
+
+    /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
+    explicit tiefenrausch(const network_description& description) : network_(description) {
+        if (network_.input_channels() != 3 || network_.output_channels() != 1)
+            raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
+                  std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
+        const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
+        if (result != smallest)
+            raise(error_code::mismatch, "depth network", "a result as large as the input, 32 x 32",
+                  std::to_string(result.width) + " x " + std::to_string(result.height));
+        if (log_disparity_quantization().scale > most_scale)
+            raise(error_code::unsupported, "depth network", "log disparity in steps of at most " + std::to_string(most_scale),
+                  "steps of " + std::to_string(log_disparity_quantization().scale));
+    }
+
+    /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
+    static tensor_size network_size(tensor_size photo) {
+        const std::size_t longer = std::max(photo.height, photo.width);
+        const auto side = [&](std::size_t length) {
+            const std::size_t scaled =
+                length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+            return std::max(scaled / alignment * alignment, alignment);
+        };
+        return {side(photo.height), side(photo.width)};
+    }
+
+    /// photo  H x W x 3, red, green, blue, 0 to 255
+    /// Returns the photo at network_size(), averaged over areas.
+    template <executor Executor>
+    static image<std::uint8_t> resize_for_network(const image<std::uint8_t>& photo, Executor& threads) {
+        if (photo.size() == 0 || channels(photo) != 3)
+            raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
+                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+        const tensor_size size = network_size({height(photo), width(photo)});
+        return area_resize(photo, size.height, size.width, threads);
+    }
+
+    /// rgb      H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// observe  as in quantized_network::run
+    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation log_disparity_quantization().
+    template <executor Executor, class Observe = quantized_network::ignore_layers>
+    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe = {}) const {
+        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
+                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+        return network_.run(quantized_colour(rgb), threads, observe);
+    }
+
+    /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
+    /// follow  is told of progress as stage "depth estimation"
+    /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
+    template <executor Executor>
+    image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
+        const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
+            follow.report("depth estimation", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
+        };
+        return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
+    }
+
+    /// What the values of log_disparity() stand for, same shape.
+    image<float> disparity_of(const image<std::uint8_t>& log_disparity) const {
+        const std::array<float, 256> table = disparity_table();
+        image<float> result = make_image<float>(height(log_disparity), width(log_disparity), channels(log_disparity));
+        std::transform(log_disparity.data(), log_disparity.data() + log_disparity.size(), result.data(),
+                       [&](std::uint8_t q) { return table[q]; });
+        return result;
+    }
+
+    /// Colour as the first layer reads it: in [0, 1], in the quantisation of the network's input. Same shape as `rgb`.
+    image<std::uint8_t> quantized_colour(const image<std::uint8_t>& rgb) const {
+        const quantization q = network_.input_quantization();
+        std::array<std::uint8_t, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const float steps = static_cast<float>(i) / 255.0F / q.scale;
+            table[i] =
+                static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
+        }
+        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
+        std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
+        return result;
+    }
+
+    quantization log_disparity_quantization() const { return network_.output_quantization(); }
+
+    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge.
+    float quantization_step() const { return detail::exponential(log_disparity_quantization().scale); }
+
+private:
+    static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    /// What each 8-bit result of the network stands for: exp of its value.
+    std::array<float, 256> disparity_table() const {
+        const quantization q = log_disparity_quantization();
+        std::array<float, 256> table{};
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const float logarithm = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
+            table[i] = detail::exponential(logarithm);
+        }
+        return table;
+    }
+
+    quantized_network network_;
+};
+
+}  // namespace ldi
+
+// ---- ldi/depth/middle_components.hpp
+// Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
+// (paper, section "Depth Pre-processing", connected components).
+
+namespace ldi {
+
+struct middle_component_options {
+    /// Neighbours that differ by more than this in disparity are not connected (the paper's tau_disp).
+    float discontinuity_threshold = 0.05F;
+    /// Components with fewer pixels than this are merged.
+    std::int32_t smallest_size = 20;
+};
+
+namespace detail {
+
+// A maximal piece of a row whose neighbouring pixels are connected: pixels [first, last) of row y.
+struct pixel_run {
+    std::int32_t y, first, last;
+};
+
+// Pixels of the photo that are connected, as runs and the component of each run.
+struct image_components {
+    std::vector<pixel_run> runs;
+    std::vector<std::size_t> row_start;  // the first run of each row, and one past the last
+    std::vector<std::int32_t> label;     // the component of each run
+
+    std::int32_t at(std::int32_t x, std::int32_t y) const {
+        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y)]);
+        const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
+        const auto after =
+            std::upper_bound(first, last, x, [](std::int32_t value, const pixel_run& r) { return value < r.first; });
+        return label[static_cast<std::size_t>(after - runs.begin() - 1)];
+    }
+};
+
+inline image_components find_components(const image<float>& disparity, float threshold) {
+    image_components found;
+    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+    disjoint_sets sets;
+    std::size_t above_first = 0, above_last = 0;
+    for (std::int32_t y = 0; y < rows; ++y) {
+        const float* here = row(disparity, static_cast<std::size_t>(y));
+        const std::size_t first = found.runs.size();
+        found.row_start.push_back(first);
+        for (std::int32_t x = 0, start = 0; x < columns; ++x)
+            if (x + 1 == columns || std::abs(here[x] - here[x + 1]) > threshold) {
+                found.runs.push_back({y, start, x + 1});
+                sets.add();
+                start = x + 1;
+            }
+        // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
+        for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
+            const pixel_run &a = found.runs[above], &b = found.runs[run];
+            const float* over = here - columns;
+            for (std::int32_t x = std::max(a.first, b.first); x < std::min(a.last, b.last); ++x)
+                if (std::abs(here[x] - over[x]) <= threshold) {
+                    sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
+                    break;
+                }
+            if (a.last <= b.last) ++above;
+            if (b.last <= a.last) ++run;
+        }
+        above_first = first, above_last = found.runs.size();
+    }
+    found.row_start.push_back(found.runs.size());
+    sets.number(found.label);
+    return found;
+}
+
+// One small component: its pixels, and what it touches.
+struct small_component {
+    std::vector<pixel_run> runs;
+
+    template <class Visit>
+    void for_each_pixel(Visit&& visit) const {
+        for (const pixel_run& r : runs)
+            for (std::int32_t x = r.first; x < r.last; ++x) visit(x, r.y);
+    }
+};
+
+}  // namespace detail
+
+/// disparity  H x W x 1, changed in place
+///
+/// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
+/// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
+/// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
+inline std::size_t merge_middle_components(image<float>& disparity, const middle_component_options& options = {}) {
+    const detail::image_components components = detail::find_components(disparity, options.discontinuity_threshold);
+    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+
+    std::vector<std::int32_t> size, small_index;
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::size_t label = static_cast<std::size_t>(components.label[r]);
+        if (label >= size.size()) size.resize(label + 1, 0);
+        size[label] += components.runs[r].last - components.runs[r].first;
+    }
+    std::vector<detail::small_component> small;
+    small_index.assign(size.size(), -1);
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::size_t label = static_cast<std::size_t>(components.label[r]);
+        if (size[label] >= options.smallest_size) continue;
+        if (small_index[label] < 0) {
+            small_index[label] = static_cast<std::int32_t>(small.size());
+            small.emplace_back();
+        }
+        small[static_cast<std::size_t>(small_index[label])].runs.push_back(components.runs[r]);
+    }
+
+    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return row(disparity, static_cast<std::size_t>(y))[x]; };
+    struct assignment {
+        std::int32_t x, y;
+        float disparity;
+    };
+    std::size_t merged = 0;
+    std::vector<assignment> pending, next;
+    for (const detail::small_component& component : small) {
+        const std::int32_t label = components.at(component.runs.front().first, component.runs.front().y);
+        // Every pixel side on the component's boundary, with the pixel across it.
+        const auto for_each_contact = [&](auto&& visit) {
+            component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
+                for (side s : all_sides) {
+                    const std::int32_t u = x + step_x(s), v = y + step_y(s);
+                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) == label) continue;
+                    visit(x, y, value(u, v));
+                }
+            });
+        };
+        std::int32_t nearer = 0, farther = 0;
+        for_each_contact([&](std::int32_t x, std::int32_t y, float other) { ++(other > value(x, y) ? nearer : farther); });
+        if (nearer == 0 || farther == 0) continue;
+
+        const bool to_nearer = nearer > farther;
+        pending.clear();
+        for_each_contact([&](std::int32_t x, std::int32_t y, float other) {
+            if ((other > value(x, y)) == to_nearer) pending.push_back({x, y, other});
+        });
+        // Breadth first: a pixel takes the value that reaches it first.
+        std::vector<std::pair<std::int32_t, std::int32_t>> done;
+        const auto is_done = [&](std::int32_t x, std::int32_t y) {
+            return std::find(done.begin(), done.end(), std::pair{x, y}) != done.end();
+        };
+        while (!pending.empty()) {
+            next.clear();
+            for (const assignment& a : pending) {
+                if (is_done(a.x, a.y)) continue;
+                done.emplace_back(a.x, a.y);
+                value(a.x, a.y) = a.disparity;
+                for (side s : all_sides) {
+                    const std::int32_t u = a.x + step_x(s), v = a.y + step_y(s);
+                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) != label || is_done(u, v)) continue;
+                    next.push_back({u, v, a.disparity});
+                }
+            }
+            pending.swap(next);
+        }
+        ++merged;
+    }
+    return merged;
+}
+
+}  // namespace ldi
+
+// ---- ldi/depth/normalize.hpp
+// Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
+
+namespace ldi {
+
+struct normalize_options {
+    /// This share of the pixels may lie beyond either end; they are clamped. Keeps a few wild values from squeezing all others.
+    float clipped_share = 0.001F;
+    /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
+    /// whose 8 bits are log disparity; 0 for a source with fine steps.
+    float relative_step = 0.0F;
+    /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
+    /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
+    float largest_step = 0.02F;
+    /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
+    /// scale and shift: then distances are a guess, `assumed_range`.
+    bool is_inverse_depth = true;
+    /// In metres; used where distances are not known.
+    depth_range assumed_range = {};
+    /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
+    float largest_depth_ratio = 50.0F;
+};
+
+struct normalized_disparity {
+    image<float> disparity;  ///< H x W x 1, in [0, 1]; 1 is the nearest surface
+    depth_range range;       ///< the distances that 1 and 0 stand for
+};
+
+/// source  H x W x 1, finite, larger is nearer
+///
+/// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
+/// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
+/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive.
+inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+    std::vector<float> sorted(source.data(), source.data() + source.size());
+    if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
+    for (float value : sorted)
+        if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
+            raise(error_code::invalid_data, "disparity", options.is_inverse_depth ? "finite positive values" : "finite values",
+                  std::to_string(value));
+    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * static_cast<float>(sorted.size()));
+    const auto at = [&](std::size_t rank) {
+        const auto position = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
+        std::nth_element(sorted.begin(), position, sorted.end());
+        return *position;
+    };
+    const float lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
+    const float step = std::abs(highest) * options.relative_step;
+    const float span = std::max(highest - lowest, step / options.largest_step);
+
+    normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
+    const float scale = span > 0.0F ? 1.0F / span : 0.0F;
+    for (std::size_t i = 0; i < source.size(); ++i)
+        result.disparity.data()[i] = std::clamp(1.0F - (highest - source.data()[i]) * scale, 0.0F, 1.0F);
+    if (options.is_inverse_depth) {
+        // Without a unit the nearest surface is put at z_near of the assumed range; with span as above, 0 stands for highest -
+        // span.
+        const float farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        result.range.z_near = options.assumed_range.z_near;
+        result.range.z_far = options.assumed_range.z_near * (span > 0.0F ? highest / farthest : options.largest_depth_ratio);
+    }
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/depth/resample.hpp
+// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on colour edges: joint
+// bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
+// weighted mean next to depth edges, so that no values appear between the two sides.
+
+namespace ldi {
+
+struct resample_options {
+    /// Samples that differ by more than this in disparity are on different surfaces.
+    float discontinuity_threshold = 0.05F;
+    /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
+    float spatial_sigma = 1.2F;
+    /// Standard deviation of the Gaussian on colour difference, in grey levels (Euclidean over the three channels).
+    float colour_sigma = 20.0F;
+};
+
+namespace detail::resample {
+
+inline constexpr int radius = 3, diameter = 2 * radius + 1;
+
+struct sample {
+    float disparity, spatial_x, spatial_y;
+    std::array<float, 3> colour;
+};
+
+// The mean colour of the photo's pixels whose centres fall on each sample of the map.
+inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
+    image<float> mean = make_image<float>(rows, columns, 3, 0.0F);
+    std::vector<float> count(rows * columns, 0.0F);
+    for (std::size_t y = 0; y < height(photo); ++y) {
+        const std::uint8_t* from = row(photo, y);
+        const std::size_t v = y * rows / height(photo);
+        for (std::size_t x = 0; x < width(photo); ++x) {
+            const std::size_t i = v * columns + x * columns / width(photo);
+            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
+            count[i] += 1.0F;
+        }
+    }
+    for (std::size_t i = 0; i < count.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= std::max(count[i], 1.0F);
+    return mean;
+}
+
+}  // namespace detail::resample
+
+/// disparity  h x w x 1, in [0, 1]
+/// photo      H x W x 3, of the same view
+///
+/// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
+/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in colour, smoothed over the samples on
+/// the median's side. A map at least as fine as the photo is point-sampled instead.
+template <executor Executor = const serial_executor>
+image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
+                               const resample_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::resample;
+    const std::size_t rows = height(disparity), columns = width(disparity);
+    if (disparity.size() == 0 || photo.size() == 0 || channels(disparity) != 1 || channels(photo) != 3)
+        raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
+              std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
+                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+    image<float> result = make_image<float>(height(photo), width(photo));
+    if (rows >= height(photo) && columns >= width(photo)) {
+        for (std::size_t y = 0; y < height(photo); ++y) {
+            const float* from = row(disparity, (2 * y + 1) * rows / (2 * height(photo)));
+            for (std::size_t x = 0; x < width(photo); ++x) row(result, y)[x] = from[(2 * x + 1) * columns / (2 * width(photo))];
+        }
+        return result;
+    }
+
+    const image<float> colours = colours_at_samples(photo, rows, columns);
+    const float scale_x = static_cast<float>(columns) / static_cast<float>(width(photo));
+    const float scale_y = static_cast<float>(rows) / static_cast<float>(height(photo));
+    const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
+    const float colour_falloff = 0.5F / (options.colour_sigma * options.colour_sigma);
+    const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
+        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1));
+    };
+
+    // All pixels nearest to one row of samples share their windows.
+    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
+        std::array<sample, diameter * diameter> window;
+        std::array<float, diameter * diameter> weight;
+        for (std::size_t v = first; v < last; ++v)
+            for (std::size_t u = 0; u < columns; ++u) {
+                std::size_t count = 0;
+                float low = row(disparity, v)[u], high = low;
+                for (int dv = -radius; dv <= radius; ++dv)
+                    for (int du = -radius; du <= radius; ++du) {
+                        const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(v) + dv, x = static_cast<std::ptrdiff_t>(u) + du;
+                        if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(rows) || x >= static_cast<std::ptrdiff_t>(columns))
+                            continue;
+                        const float d = row(disparity, static_cast<std::size_t>(y))[x];
+                        const float* c = row(colours, static_cast<std::size_t>(y)) + 3 * x;
+                        window[count++] = {d, static_cast<float>(x), static_cast<float>(y), {c[0], c[1], c[2]}};
+                        low = std::min(low, d), high = std::max(high, d);
+                    }
+                const bool near_edge = high - low > options.discontinuity_threshold;
+                if (near_edge)
+                    std::sort(window.begin(), window.begin() + static_cast<std::ptrdiff_t>(count),
+                              [](const sample& a, const sample& b) { return a.disparity < b.disparity; });
+
+                const std::size_t y_end = ((v + 1) * height(photo) + rows - 1) / rows,
+                                  x_end = ((u + 1) * width(photo) + columns - 1) / columns;
+                for (std::size_t y = (v * height(photo) + rows - 1) / rows; y < y_end; ++y)
+                    for (std::size_t x = (u * width(photo) + columns - 1) / columns; x < x_end; ++x) {
+                        const float at_x = (static_cast<float>(x) + 0.5F) * scale_x - 0.5F,
+                                    at_y = (static_cast<float>(y) + 0.5F) * scale_y - 0.5F;
+                        if (!near_edge) {
+                            const float floor_x = std::floor(at_x), floor_y = std::floor(at_y);
+                            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x),
+                                                 j = static_cast<std::ptrdiff_t>(floor_y);
+                            const float* above = row(disparity, clamped(j, rows));
+                            const float* below = row(disparity, clamped(j + 1, rows));
+                            const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
+                            const float fx = at_x - floor_x, fy = at_y - floor_y;
+                            row(result, y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
+                                                fy * ((1.0F - fx) * below[left] + fx * below[right]);
+                            continue;
+                        }
+                        const std::uint8_t* colour = row(photo, y) + 3 * x;
+                        float total = 0.0F;
+                        for (std::size_t s = 0; s < count; ++s) {
+                            const float dx = window[s].spatial_x - at_x, dy = window[s].spatial_y - at_y;
+                            float colour_distance = 0.0F;
+                            for (std::size_t c = 0; c < 3; ++c) {
+                                const float difference = window[s].colour[c] - static_cast<float>(colour[c]);
+                                colour_distance += difference * difference;
+                            }
+                            weight[s] =
+                                std::exp(-spatial_falloff * (dx * dx + dy * dy) - colour_falloff * colour_distance) + 1e-12F;
+                            total += weight[s];
+                        }
+                        std::size_t median = 0;
+                        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < count;) sum += weight[++median];
+                        float mean = 0.0F, share = 0.0F;
+                        for (std::size_t s = 0; s < count; ++s)
+                            if (std::abs(window[s].disparity - window[median].disparity) <= options.discontinuity_threshold) {
+                                mean += weight[s] * window[s].disparity;
+                                share += weight[s];
+                            }
+                        row(result, y)[x] = mean / share;
+                    }
+            }
+    });
+    return result;
+}
+
+}  // namespace ldi
+
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
 // samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
@@ -1442,7 +2617,9 @@ struct network_description {
 // Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighbouring
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 
-#include <limits>
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
 
 namespace ldi {
 
@@ -1455,7 +2632,7 @@ struct weighted_median_options {
 
 namespace detail::median {
 
-inline constexpr std::size_t radius = 2, side = 5, samples = 25;
+inline constexpr std::size_t radius = 2, diameter = 5, samples = 25;
 inline constexpr float none = std::numeric_limits<float>::infinity();
 
 // Four pixels side by side: one register on every processor that ldi has kernels for.
@@ -1470,9 +2647,18 @@ inline vector load(const float* from) {
 
 inline void store(float* to, vector v) { std::memcpy(to, &v, sizeof v); }
 
+#if defined(__SSE__)
+// GCC does not see that the comparisons below are one instruction each.
+inline vector smaller(vector a, vector b) { return _mm_min_ps(a, b); }
+inline vector larger(vector a, vector b) { return _mm_max_ps(a, b); }
+#else
+inline vector smaller(vector a, vector b) { return b < a ? b : a; }
+inline vector larger(vector a, vector b) { return b < a ? a : b; }
+#endif
+
 inline void sort_two(vector& a, vector& b) {
-    const vector low = b < a ? b : a;
-    b = b < a ? a : b;
+    const vector low = smaller(a, b);
+    b = larger(a, b);
     a = low;
 }
 
@@ -1558,7 +2744,7 @@ inline void run(vector* values) {
 
 // The part of a row's work that neighbouring windows share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    std::vector<float> single[side], pair[2 * side];  // the i-th smallest at every x
+    std::vector<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
 
     explicit sorted_columns(std::size_t stride) {
         for (std::vector<float>& plane : single) plane.resize(stride + wide);
@@ -1566,38 +2752,62 @@ struct sorted_columns {
     }
 
     // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
-    void sort(const std::array<const float*, side>& rows, std::size_t stride) {
+    void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
-            vector v[side];
-            for (std::size_t r = 0; r < side; ++r) v[r] = load(rows[r] + x);
+            vector v[diameter];
+            for (std::size_t r = 0; r < diameter; ++r) v[r] = load(rows[r] + x);
             for (const comparator& c : sort_five) sort_two(v[c.low], v[c.high]);
-            for (std::size_t r = 0; r < side; ++r) store(single[r].data() + x, v[r]);
+            for (std::size_t r = 0; r < diameter; ++r) store(single[r].data() + x, v[r]);
         }
         for (std::size_t x = 0; x + wide < stride; x += wide) {
-            vector v[2 * side];
-            for (std::size_t r = 0; r < side; ++r) {
+            vector v[2 * diameter];
+            for (std::size_t r = 0; r < diameter; ++r) {
                 v[r] = load(single[r].data() + x);
-                v[side + r] = load(single[r].data() + x + 1);
+                v[diameter + r] = load(single[r].data() + x + 1);
             }
             run<merge_columns>(v);
-            for (std::size_t r = 0; r < 2 * side; ++r) store(pair[r].data() + x, v[merge_columns.order.at[r]]);
+            for (std::size_t r = 0; r < 2 * diameter; ++r) store(pair[r].data() + x, v[merge_columns.order.at[r]]);
         }
     }
 
     // Filters the four pixels whose windows start at column x.
-    vector filter(std::size_t x, vector centre, float falloff) const {
+    //
+    // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
+    // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
+    // exactly.
+    vector filter(std::size_t x, vector centre, float sigma) const {
+        const vector low =
+            smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
+        const vector high =
+            larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
+        const auto alike = (high - centre < 0.39F * sigma) & (centre - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, centre, sigma);
+    }
+
+private:
+    void merge(std::size_t x, vector* all) const {
         vector v[samples];
-        for (std::size_t r = 0; r < 2 * side; ++r) {
+        for (std::size_t r = 0; r < 2 * diameter; ++r) {
             v[r] = load(pair[r].data() + x);
-            v[2 * side + r] = load(pair[r].data() + x + 2);
+            v[2 * diameter + r] = load(pair[r].data() + x + 2);
         }
         run<merge_pairs>(v);
-        vector all[samples];
-        for (std::size_t r = 0; r < 4 * side; ++r) all[r] = v[merge_pairs.order.at[r]];
-        for (std::size_t r = 0; r < side; ++r) all[4 * side + r] = load(single[r].data() + x + 4);
+        for (std::size_t r = 0; r < 4 * diameter; ++r) all[r] = v[merge_pairs.order.at[r]];
+        for (std::size_t r = 0; r < diameter; ++r) all[4 * diameter + r] = load(single[r].data() + x + 4);
         run<merge_last>(all);
+    }
 
+    vector merge_and_take_middle(std::size_t x) const {
+        vector all[samples];
+        merge(x, all);
+        return all[merge_last.order.at[samples / 2]];
+    }
+
+    vector merge_and_weigh(std::size_t x, vector centre, float sigma) const {
+        vector all[samples];
+        merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
+        const float falloff = 1.0F / (64.0F * sigma * sigma);
         const vector zero = {}, one = zero + 1.0F;
         vector weight[samples], total = zero;
         for (std::size_t s = 0; s < samples; ++s) {
@@ -1656,26 +2866,601 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
         }
     });
 
-    const float falloff = 1.0F / (2.0F * options.sigma * options.sigma) / 32.0F;
     parallel_for(threads, rows, 8, [&](std::size_t first, std::size_t last) {
         sorted_columns sorted(stride);
         for (std::size_t y = first; y < last; ++y) {
-            std::array<const float*, side> window;
-            for (std::size_t r = 0; r < side; ++r) window[r] = seen.data() + (y + r) * stride;
+            std::array<const float*, diameter> window;
+            for (std::size_t r = 0; r < diameter; ++r) window[r] = seen.data() + (y + r) * stride;
             sorted.sort(window, stride);
             const float* centre = row(disparity, y);
             float* out = row(result, y);
             std::size_t x = 0;
-            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(centre + x), falloff));
+            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(centre + x), options.sigma));
             if (x < columns) {
                 float rest[wide] = {};
                 std::copy_n(centre + x, columns - x, rest);
-                store(rest, sorted.filter(x, load(rest), falloff));
+                store(rest, sorted.filter(x, load(rest), options.sigma));
                 std::copy_n(rest, columns - x, out + x);
             }
         }
     });
     return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/layers/diffusion_inpainter.hpp
+// Inpainting without a network: colours diffuse isotropically over the links of the layered image, from what is known into what
+// is not. Smooth, fast, and blind to texture.
+
+namespace ldi {
+
+/// A colour_inpainter (photo3d.hpp).
+struct diffusion_inpainter {
+    /// Gauss-Seidel rounds on each level of the multigrid.
+    int rounds = 6;
+
+    /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set. A surface without any known pixel
+    /// gets the
+    ///         mean of the known colours next to unknown ones elsewhere.
+    template <executor Executor>
+    void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
+        const graph& g = layers.topology;
+        const std::vector<std::uint8_t>& known = layers.column<known_column>();
+        diffusion solver;
+        solver.start();
+        std::vector<std::int32_t> cell_of(g.size(), 0);
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            if (known[i] != 0) continue;
+            const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
+            for (side s : all_sides) {
+                const std::int32_t neighbour = g.neighbours(s)[i];
+                if (neighbour == no_pixel) continue;
+                if (known[static_cast<std::size_t>(neighbour)] != 0)
+                    solver.add_known_neighbour(cell, layers.at<colour_column>(neighbour).data());
+                else if (s == side::left)
+                    solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+                else if (s == side::up)
+                    solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+            }
+        }
+        watcher.report("colour inpainting", 0.3F);
+        solver.solve(rounds);
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            if (known[i] != 0) continue;
+            const diffusion::colour_type& colour = solver.colour(cell_of[i]);
+            for (std::size_t c = 0; c < 3; ++c)
+                layers.at<colour_column>(static_cast<std::int32_t>(i))[c] =
+                    static_cast<std::uint8_t>(std::lround(std::clamp(colour[c], 0.0F, 255.0F)));
+        }
+    }
+};
+
+}  // namespace ldi
+
+// ---- ldi/layers/discontinuity_curves.hpp
+// Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
+// past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
+//
+// A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
+// discontinuity meet in a corner there is a junction, and curves end.
+
+namespace ldi {
+
+struct curve_options {
+    /// Curves shorter than this, in pixel sides, are spurious and dropped.
+    std::size_t shortest_length = 20;
+    /// The direction of a curve at its end is taken over this many pixel sides.
+    std::size_t tangent_length = 20;
+    /// Two surfaces at a junction are different if they differ by more than this in disparity.
+    float discontinuity_threshold = 0.05F;
+};
+
+/// One side of a pixel with a discontinuity.
+struct discontinuity {
+    std::int32_t back;   ///< the pixel on the far side
+    std::int32_t front;  ///< the pixel on the near side
+    side towards_front;  ///< the side of `back` that `front` lies on
+};
+
+/// A half line that the hidden surface behind a curve must not cross: it starts at the curve's end, perpendicular to the curve,
+/// and points behind the front surface. All in lattice coordinates, where pixel (x, y) covers [x, x + 1) x [y, y + 1).
+struct growth_constraint {
+    float x, y;                              ///< the curve's end
+    float outward_x, outward_y;              ///< unit vector along the curve, out of its end
+    float perpendicular_x, perpendicular_y;  ///< unit vector along the half line
+};
+
+/// A maximal chain of discontinuities between ends or junctions, in order along the curve.
+struct discontinuity_curve {
+    std::vector<discontinuity> sides;
+    std::vector<growth_constraint> constraints;  ///< at most one an end
+    bool is_closed = false;
+};
+
+namespace detail::curves {
+
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+class corner_map {
+public:
+    explicit corner_map(const graph& g) : stride_(g.width + 1), width_(g.width), height_(g.height) {
+        present_.assign(static_cast<std::size_t>(stride_) * (static_cast<std::size_t>(g.height) + 1), 0);
+    }
+
+    void add(std::int32_t corner, side towards) {
+        if (present_[index(corner)] == 0) used_.push_back(corner);
+        present_[index(corner)] |= bit(towards);
+        const std::int32_t other = next(corner, towards);
+        if (present_[index(other)] == 0) used_.push_back(other);
+        present_[index(other)] |= bit(opposite(towards));
+    }
+
+    const std::vector<std::int32_t>& used() const { return used_; }
+    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    std::int32_t x(std::int32_t c) const { return c % stride_; }
+    std::int32_t y(std::int32_t c) const { return c / stride_; }
+    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
+    bool has(std::int32_t c, side towards) const { return (present_[index(c)] & bit(towards)) != 0; }
+    bool on_border(std::int32_t c) const { return x(c) == 0 || y(c) == 0 || x(c) == width_ || y(c) == height_; }
+    int degree(std::int32_t c) const {
+        int count = 0;
+        for (side s : all_sides) count += has(c, s) ? 1 : 0;
+        return count;
+    }
+    void remove(std::int32_t c, side towards) {
+        present_[index(c)] &= static_cast<std::uint8_t>(~bit(towards));
+        present_[index(next(c, towards))] &= static_cast<std::uint8_t>(~bit(opposite(towards)));
+    }
+
+private:
+    static std::size_t index(std::int32_t c) { return static_cast<std::size_t>(c); }
+    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
+
+    std::int32_t stride_, width_, height_;
+    std::vector<std::uint8_t> present_;
+    std::vector<std::int32_t> used_;
+};
+
+// A curve as it is traced: its corners, one more than its sides.
+struct trace {
+    std::vector<std::int32_t> corners;
+    std::vector<discontinuity> sides;
+    bool is_closed = false;
+};
+
+class tracer {
+public:
+    tracer(const graph& g, std::span<const float> disparity) : graph_(g), disparity_(disparity), all_(g) {
+        for (std::int32_t y = 0; y < g.height; ++y) {
+            const std::size_t start = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width);
+            for (std::int32_t x = 0; x + 1 < g.width; ++x)
+                if (g.right[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
+            if (y + 1 == g.height) break;
+            for (std::int32_t x = 0; x < g.width; ++x)
+                if (g.down[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
+        }
+    }
+
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    template <class Visit>
+    void for_each_curve(Visit&& visit) const {
+        corner_map left = all_;
+        for (std::int32_t corner : all_.used())
+            if (all_.degree(corner) != 2)
+                for (side s : all_sides)
+                    if (left.has(corner, s)) visit(follow(left, corner, s));
+        for (std::int32_t corner : all_.used())
+            for (side s : all_sides)
+                if (left.has(corner, s)) visit(follow(left, corner, s));
+    }
+
+    const corner_map& corners() const { return all_; }
+
+    // The pixels round a corner that is not on the border.
+    std::array<std::int32_t, 4> pixels_round(std::int32_t corner) const {
+        const std::int32_t below_right = all_.y(corner) * graph_.width + all_.x(corner);
+        return {below_right - graph_.width - 1, below_right - graph_.width, below_right - 1, below_right};
+    }
+
+private:
+    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+        trace t;
+        t.corners.push_back(corner);
+        while (true) {
+            t.sides.push_back(discontinuity_between(corner, towards));
+            left.remove(corner, towards);
+            corner = all_.next(corner, towards);
+            t.corners.push_back(corner);
+            if (all_.degree(corner) != 2) return t;
+            bool found = false;
+            for (side s : all_sides)
+                if (!found && left.has(corner, s)) towards = s, found = true;
+            if (!found) {  // back at the start of a closed curve
+                t.is_closed = true;
+                return t;
+            }
+        }
+    }
+
+    // The two pixels on either side of the lattice edge that leaves `corner`.
+    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
+        const bool vertical = towards == side::up || towards == side::down;
+        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
+                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+        const std::int32_t second = y * graph_.width + x, first = second - (vertical ? 1 : graph_.width);
+        const side first_to_second = vertical ? side::right : side::down;
+        if (disparity_[static_cast<std::size_t>(first)] > disparity_[static_cast<std::size_t>(second)])
+            return {second, first, opposite(first_to_second)};
+        return {first, second, first_to_second};
+    }
+
+    const graph& graph_;
+    std::span<const float> disparity_;
+    corner_map all_;
+};
+
+}  // namespace detail::curves
+
+/// lifted     one layer: the graph that lift() makes, pixel (x, y) at index y * width + x
+/// disparity  K
+///
+/// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
+/// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
+inline std::vector<discontinuity_curve> find_discontinuity_curves(const graph& lifted, std::span<const float> disparity,
+                                                                  const curve_options& options = {}) {
+    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
+    LDI_ASSERT(disparity.size() == lifted.size());
+    std::vector<discontinuity_curve> curves;
+    const detail::curves::tracer tracer(lifted, disparity);
+    const detail::curves::corner_map& corners = tracer.corners();
+
+    const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
+        if (corners.on_border(corner)) return false;
+        if (corners.degree(corner) == 1) return true;
+        float farthest = disparity[static_cast<std::size_t>(last.back)];
+        for (std::int32_t pixel : tracer.pixels_round(corner))
+            farthest = std::min(farthest, disparity[static_cast<std::size_t>(pixel)]);
+        return disparity[static_cast<std::size_t>(last.back)] - farthest > options.discontinuity_threshold;
+    };
+    const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
+        const std::size_t length = std::min(options.tangent_length, t.sides.size());
+        const std::size_t last = t.corners.size() - 1;
+        const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
+        const float dx = static_cast<float>(corners.x(end) - corners.x(inner)),
+                    dy = static_cast<float>(corners.y(end) - corners.y(inner));
+        const float norm = std::max(std::hypot(dx, dy), 1e-6F);
+        growth_constraint c{
+            static_cast<float>(corners.x(end)), static_cast<float>(corners.y(end)), dx / norm, dy / norm, -dy / norm, dx / norm};
+        float towards_front = 0.0F;
+        for (std::size_t i = 0; i < length; ++i) {
+            const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
+            towards_front +=
+                c.perpendicular_x * static_cast<float>(step_x(s)) + c.perpendicular_y * static_cast<float>(step_y(s));
+        }
+        if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
+        return c;
+    };
+
+    tracer.for_each_curve([&](detail::curves::trace t) {
+        if (t.sides.size() < options.shortest_length) return;
+        discontinuity_curve curve;
+        curve.is_closed = t.is_closed;
+        if (!t.is_closed) {
+            if (is_constrained(t.corners.front(), t.sides.front())) curve.constraints.push_back(constraint_at(t, true));
+            if (is_constrained(t.corners.back(), t.sides.back())) curve.constraints.push_back(constraint_at(t, false));
+        }
+        curve.sides = std::move(t.sides);
+        curves.push_back(std::move(curve));
+    });
+    return curves;
+}
+
+}  // namespace ldi
+
+// ---- ldi/layers/detail/hidden_pixels.hpp
+// Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
+// costs nothing but its new pixels; then both are merged into canonical order in one pass.
+
+#include <numeric>
+
+namespace ldi::detail {
+
+// Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
+// added.
+class hidden_pixels {
+public:
+    hidden_pixels(graph& base, std::span<const float> disparity)
+        : base_(base),
+          base_disparity_(disparity),
+          base_count_(static_cast<std::int32_t>(base.size())),
+          newest_(base.size(), no_pixel) {
+        LDI_ASSERT(base.size() == static_cast<std::size_t>(base.width) * static_cast<std::size_t>(base.height));
+        hidden_.width = base.width, hidden_.height = base.height;
+    }
+
+    bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width && y < base_.height; }
+    /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
+    std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width + x; }
+    std::int32_t next_at_position(std::int32_t pixel) const {
+        return is_base(pixel) ? newest_[index(pixel)] : older_[hidden_index(pixel)];
+    }
+
+    std::int32_t x(std::int32_t pixel) const { return is_base(pixel) ? base_.x[index(pixel)] : hidden_.x[hidden_index(pixel)]; }
+    std::int32_t y(std::int32_t pixel) const { return is_base(pixel) ? base_.y[index(pixel)] : hidden_.y[hidden_index(pixel)]; }
+    float disparity(std::int32_t pixel) const {
+        return is_base(pixel) ? base_disparity_[index(pixel)] : hidden_disparity_[hidden_index(pixel)];
+    }
+    std::int32_t neighbour(std::int32_t pixel, side s) const {
+        return is_base(pixel) ? base_.neighbours(s)[index(pixel)] : hidden_.neighbours(s)[hidden_index(pixel)];
+    }
+
+    std::int32_t add(std::int32_t position, std::int32_t x, std::int32_t y, float disparity) {
+        const std::int32_t pixel = base_count_ + hidden_.add_pixel(x, y);
+        hidden_disparity_.push_back(disparity);
+        older_.push_back(std::exchange(newest_[index(position)], pixel));
+        return pixel;
+    }
+
+    void link(std::int32_t a, side s, std::int32_t b) {
+        slot(a, s) = b;
+        slot(b, opposite(s)) = a;
+    }
+
+    /// Calls see(graph, disparity, K) with everything so far, base pixels first.
+    template <class See>
+    void show(See&& see) const {
+        graph all = base_;
+        const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        append(all.x, hidden_.x), append(all.y, hidden_.y);
+        for (side s : all_sides) append(all.neighbours(s), hidden_.neighbours(s));
+        std::vector<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        append(disparity, hidden_disparity_);
+        see(std::as_const(all), std::span<const float>(disparity), base_.size());
+    }
+
+    /// base  the image whose graph this was made from
+    ///
+    /// The base layer's image with the hidden pixels among its own, in canonical order.
+    template <class... Columns>
+    layered_image<Columns...> merge_into(const layered_image<Columns...>& base) const {
+        const std::vector<piece> pieces = order();
+        std::vector<std::int32_t> new_index(base_.size() + hidden_.size());
+        for (const piece& p : pieces)
+            for (std::int32_t i = 0; i < p.count; ++i) new_index[index(p.old_first + i)] = p.new_first + i;
+
+        layered_image<Columns...> merged;
+        graph& g = merged.topology;
+        g.width = base_.width, g.height = base_.height;
+        g.resize(new_index.size());
+        merged.resize_columns(new_index.size());
+        for (const piece& p : pieces) {
+            const std::size_t to = index(p.new_first), count = index(p.count);
+            const bool from_base = is_base(p.old_first);
+            const graph& source = from_base ? base_ : hidden_;
+            const std::size_t from = from_base ? index(p.old_first) : hidden_index(p.old_first);
+            const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[index(pixel)]; };
+            std::iota(g.x.data() + to, g.x.data() + to + count, source.x[from]);
+            std::fill_n(g.y.data() + to, count, source.y[from]);
+            std::iota(g.left.data() + to, g.left.data() + to + count, p.new_first - 1);
+            std::iota(g.right.data() + to, g.right.data() + to + count, p.new_first + 1);
+            g.left[to] = moved(source.left[from]);
+            g.right[to + count - 1] = moved(source.right[from + count - 1]);
+            for (side s : {side::up, side::down})
+                std::transform(source.neighbours(s).data() + from, source.neighbours(s).data() + from + count,
+                               g.neighbours(s).data() + to, moved);
+            if (from_base)
+                (std::copy_n(base.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(from * Columns::channels),
+                             count * Columns::channels,
+                             merged.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(to * Columns::channels)),
+                 ...);
+            else
+                merged.template column<disparity_column>()[to] = hidden_disparity_[from];
+        }
+        return merged;
+    }
+
+private:
+    // Pixels with successive indices that stay side by side: a part of a run.
+    struct piece {
+        std::int32_t old_first, new_first, count;
+    };
+
+    static std::size_t index(std::int32_t pixel) { return static_cast<std::size_t>(pixel); }
+    bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
+    std::size_t hidden_index(std::int32_t pixel) const { return static_cast<std::size_t>(pixel - base_count_); }
+    std::int32_t& slot(std::int32_t pixel, side s) {
+        return is_base(pixel) ? base_.neighbours(s)[index(pixel)] : hidden_.neighbours(s)[hidden_index(pixel)];
+    }
+
+    // All pixels in canonical order (core/canonical_order.hpp), in pieces.
+    std::vector<piece> order() const {
+        const std::size_t rows = static_cast<std::size_t>(base_.height);
+        std::vector<std::size_t> hidden_start(rows + 1, 0);  // hidden pixels that start a run, filed by row
+        for (std::size_t i = 0; i < hidden_.size(); ++i)
+            if (hidden_.left[i] == no_pixel) ++hidden_start[index(hidden_.y[i]) + 1];
+        for (std::size_t y = 0; y < rows; ++y) hidden_start[y + 1] += hidden_start[y];
+        std::vector<std::int32_t> hidden_starts(hidden_start[rows]);
+        std::vector<std::size_t> next(hidden_start.begin(), hidden_start.end() - 1);
+        for (std::size_t i = 0; i < hidden_.size(); ++i)
+            if (hidden_.left[i] == no_pixel)
+                hidden_starts[next[index(hidden_.y[i])]++] = base_count_ + static_cast<std::int32_t>(i);
+
+        const auto before = [this](std::int32_t a, std::int32_t b) {
+            if (x(a) != x(b)) return x(a) < x(b);
+            if (disparity(a) != disparity(b)) return disparity(a) > disparity(b);
+            return a < b;
+        };
+        std::vector<piece> pieces;
+        std::vector<std::int32_t> starts;
+        std::int32_t placed = 0;
+        for (std::size_t row = 0; row < rows; ++row) {
+            starts.clear();
+            const std::int32_t first = static_cast<std::int32_t>(row) * base_.width;
+            for (std::int32_t i = first; i < first + base_.width; ++i)
+                if (base_.left[index(i)] == no_pixel) starts.push_back(i);
+            const bool mixed = hidden_start[row] != hidden_start[row + 1];
+            starts.insert(starts.end(), hidden_starts.begin() + static_cast<std::ptrdiff_t>(hidden_start[row]),
+                          hidden_starts.begin() + static_cast<std::ptrdiff_t>(hidden_start[row + 1]));
+            if (mixed) std::sort(starts.begin(), starts.end(), before);
+            for (std::int32_t start : starts)
+                for (std::int32_t i = start; i != no_pixel;) {
+                    std::int32_t last = i;
+                    while (is_base(i) && base_.right[index(last)] == last + 1 && last + 1 < base_count_) ++last;
+                    pieces.push_back({i, placed, last - i + 1});
+                    placed += last - i + 1;
+                    i = neighbour(last, side::right);
+                }
+        }
+        return pieces;
+    }
+
+    graph& base_;
+    std::span<const float> base_disparity_;
+    std::int32_t base_count_;
+    std::vector<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
+    std::vector<std::int32_t> older_;   // the one added there before
+    graph hidden_;
+    std::vector<float> hidden_disparity_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/layers/expand.hpp
+// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel an iteration, each
+// curve as one front (paper, section "Occluded Surface Hallucination").
+
+namespace ldi {
+
+struct expand_options {
+    /// How far surfaces grow, in pixels: the width of what can be uncovered.
+    int iterations = 50;
+    /// The paper's tau_disp: pixels closer than this in disparity are one surface, and link up when they meet.
+    float discontinuity_threshold = 0.05F;
+};
+
+namespace detail {
+
+class expansion {
+public:
+    expansion(graph& base, std::span<const float> disparity, std::span<const discontinuity_curve> curves,
+              const expand_options& options)
+        : pixels_(base, disparity), curves_(curves), options_(options), fronts_(curves.size()) {}
+
+    hidden_pixels& pixels() { return pixels_; }
+
+    void run_iteration(int iteration) {
+        for (std::size_t c = 0; c < curves_.size(); ++c) {
+            created_.clear();
+            if (iteration == 0) {
+                for (const discontinuity& d : curves_[c].sides) grow(curves_[c], d.back, d.towards_front);
+            } else {
+                for (std::int32_t pixel : fronts_[c])
+                    for (side s : all_sides) grow(curves_[c], pixel, s);
+            }
+            fronts_[c].swap(created_);
+        }
+    }
+
+private:
+    // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
+    void grow(const discontinuity_curve& curve, std::int32_t pixel, side s) {
+        if (pixels_.neighbour(pixel, s) != no_pixel) return;
+        const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
+        if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
+        const float threshold = options_.discontinuity_threshold;
+        const float source = pixels_.disparity(pixel);
+        const std::int32_t position = pixels_.position(x, y);
+
+        // The paper's average of the neighbours: on each side the pixel of this surface, if there is one that is free to be
+        // linked.
+        std::int32_t neighbours[4];
+        float sum = 0.0F, count = 0.0F;
+        for (side t : all_sides) {
+            const std::int32_t neighbour = t == opposite(s) ? pixel : free_neighbour(x, y, t, source);
+            neighbours[static_cast<std::size_t>(t)] = neighbour;
+            if (neighbour == no_pixel) continue;
+            sum += pixels_.disparity(neighbour);
+            count += 1.0F;
+        }
+        const float created = sum / count;
+
+        for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float other = pixels_.disparity(there);
+            if (std::abs(other - source) <= threshold) {  // fronts that meet link up; else the place is taken
+                if (pixels_.neighbour(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
+                return;
+            }
+            const bool is_visible = there == position;
+            if (std::abs(other - created) <= threshold || (is_visible && created > other)) return;
+        }
+        const std::int32_t made = pixels_.add(position, x, y, created);
+        for (side t : all_sides) {
+            const std::int32_t neighbour = neighbours[static_cast<std::size_t>(t)];
+            if (neighbour != no_pixel && std::abs(pixels_.disparity(neighbour) - created) <= threshold)
+                pixels_.link(made, t, neighbour);
+        }
+        created_.push_back(made);
+    }
+
+    // The pixel next to (x, y) on side `s` that is nearest in disparity to `source`, within the threshold, and free towards (x,
+    // y).
+    std::int32_t free_neighbour(std::int32_t x, std::int32_t y, side s, float source) const {
+        const std::int32_t u = x + step_x(s), v = y + step_y(s);
+        if (!pixels_.inside(u, v)) return no_pixel;
+        std::int32_t best = no_pixel;
+        float best_difference = options_.discontinuity_threshold;
+        for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
+            const float difference = std::abs(pixels_.disparity(there) - source);
+            if (difference > best_difference || pixels_.neighbour(there, opposite(s)) != no_pixel) continue;
+            best = there, best_difference = difference;
+        }
+        return best;
+    }
+
+    // Whether the centre of (x, y) lies on the half line at one of the curve's ends. The line is taken wide enough that no step
+    // leads across it, and long enough that no front gets round it.
+    bool crosses_constraint(const discontinuity_curve& curve, std::int32_t x, std::int32_t y) const {
+        constexpr float thickness = 1.5F;
+        for (const growth_constraint& c : curve.constraints) {
+            const float dx = static_cast<float>(x) + 0.5F - c.x, dy = static_cast<float>(y) + 0.5F - c.y;
+            const float outward = dx * c.outward_x + dy * c.outward_y;
+            const float along = dx * c.perpendicular_x + dy * c.perpendicular_y;
+            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < 2.0F * static_cast<float>(options_.iterations))
+                return true;
+        }
+        return false;
+    }
+
+    hidden_pixels pixels_;
+    std::span<const discontinuity_curve> curves_;
+    const expand_options& options_;
+    std::vector<std::vector<std::int32_t>> fronts_;  // the newest pixels of each curve
+    std::vector<std::int32_t> created_;
+};
+
+}  // namespace detail
+
+/// layers  as lift() makes them: one layer, pixel (x, y) at index y * width + x
+/// curves  of the same layers
+///
+/// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
+/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. Pixels
+/// that are linked differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the unordered
+/// state after every iteration (for tests and pictures; it costs a copy each).
+template <payload_column... Columns, class AfterIteration = std::nullptr_t>
+layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
+                                 const expand_options& options = {}, const observer& watcher = {},
+                                 AfterIteration&& after_iteration = nullptr) {
+    if (options.iterations < 0 || options.iterations > 4096)
+        raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
+    detail::expansion expansion(layers.topology, layers.template column<disparity_column>(), curves, options);
+    for (int i = 0; i < options.iterations; ++i) {
+        expansion.run_iteration(i);
+        if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
+            expansion.pixels().show(after_iteration);
+        watcher.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
+    }
+    return expansion.pixels().merge_into(layers);
 }
 
 }  // namespace ldi
@@ -1694,16 +3479,16 @@ struct lift_options {
 /// colour     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch if
-/// the images differ in size.
+/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch
+/// if the images differ in size.
 template <executor Executor = const serial_executor>
 photo_layers lift(const image<std::uint8_t>& colour, const image<float>& disparity, const lift_options& options = {},
                   Executor&& threads = {}) {
     const std::size_t rows = height(disparity), columns = width(disparity);
     if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) + " and " +
-                  std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
+              std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) +
+                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
 
     photo_layers layers;
     graph& g = layers.topology;
@@ -1748,13 +3533,105 @@ photo_layers lift(const image<std::uint8_t>& colour, const image<float>& dispari
 
 }  // namespace ldi
 
-// ---- ldi/texture/charts.hpp
-// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
-// generation).
+// ---- ldi/layers/mixed_colours.hpp
+// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colours of two surfaces. Those
+// colours are marked unknown, so that inpainting refills them (paper, Figure "atlas": the light blue pixels).
 
 namespace ldi {
 
-/// One chart: at most one pixel at each lattice position of its bounding box.
+struct mixed_colour_options {
+    /// How far from the silhouette the foreground's colours are refilled, in pixels.
+    int foreground_margin = 2;
+    /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
+    /// lens smeared over the background is what the hidden surface is continued with.
+    int background_margin = 2;
+};
+
+namespace detail {
+
+// Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
+// to be refilled from: a thin rod keeps its colours.
+template <payload_column... Columns>
+void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32_t>& edge, int margin) {
+    std::vector<std::uint8_t>& known = layers.template column<known_column>();
+    const graph& g = layers.topology;
+    // rings[d]: the known pixels d steps away from the edge
+    std::vector<std::vector<std::int32_t>> rings(1);
+    constexpr std::uint8_t visited = 2;
+    const auto visit = [&](std::int32_t pixel, std::vector<std::int32_t>& ring) {
+        std::uint8_t& state = known[static_cast<std::size_t>(pixel)];
+        if (state != 1) return;
+        state = visited;
+        ring.push_back(pixel);
+    };
+    for (std::int32_t pixel : edge) visit(pixel, rings[0]);
+    for (int d = 0; d < margin; ++d) {
+        std::vector<std::int32_t> next;
+        for (std::int32_t pixel : rings.back())
+            for (side s : all_sides)
+                if (const std::int32_t neighbour = g.neighbour(pixel, s); neighbour != no_pixel) visit(neighbour, next);
+        rings.push_back(std::move(next));
+    }
+    // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
+    constexpr std::uint8_t refillable = 3;
+    for (std::int32_t pixel : rings.back()) known[static_cast<std::size_t>(pixel)] = refillable;
+    for (std::size_t d = rings.size() - 1; d-- > 0;) {
+        std::vector<std::int32_t> accepted;
+        for (std::int32_t outer : rings[d + 1]) {
+            if (known[static_cast<std::size_t>(outer)] != refillable) continue;
+            for (side s : all_sides) {
+                const std::int32_t neighbour = g.neighbour(outer, s);
+                if (neighbour != no_pixel && known[static_cast<std::size_t>(neighbour)] == visited) accepted.push_back(neighbour);
+            }
+        }
+        for (std::int32_t pixel : accepted) known[static_cast<std::size_t>(pixel)] = refillable;
+        rings[d].swap(accepted);
+    }
+    for (std::size_t d = 0; d + 1 < rings.size(); ++d)
+        for (std::int32_t pixel : rings[d]) known[static_cast<std::size_t>(pixel)] = 0;
+    for (std::uint8_t& state : known) state = state != 0 ? 1 : 0;
+}
+
+}  // namespace detail
+
+/// layers  one layer, as lift() makes it; every pixel with a missing link inside the photo lies on a silhouette
+///
+/// Marks the colours within the margins as unknown. Call it before expand().
+template <payload_column... Columns>
+void mark_mixed_colours(layered_image<Columns...>& layers, const mixed_colour_options& options = {}) {
+    const graph& g = layers.topology;
+    const std::vector<float>& disparity = layers.template column<disparity_column>();
+    std::vector<std::int32_t> foreground, background;
+    const auto add = [&](std::int32_t a, std::int32_t b) {
+        const bool a_is_nearer = disparity[static_cast<std::size_t>(a)] > disparity[static_cast<std::size_t>(b)];
+        foreground.push_back(a_is_nearer ? a : b);
+        background.push_back(a_is_nearer ? b : a);
+    };
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t i = 0; i < count; ++i) {
+        if (g.right[static_cast<std::size_t>(i)] == no_pixel && g.x[static_cast<std::size_t>(i)] + 1 < g.width) add(i, i + 1);
+        if (g.down[static_cast<std::size_t>(i)] == no_pixel && g.y[static_cast<std::size_t>(i)] + 1 < g.height)
+            add(i, i + g.width);
+    }
+    detail::mark_margin(layers, foreground, options.foreground_margin);
+    detail::mark_margin(layers, background, options.background_margin);
+}
+
+}  // namespace ldi
+
+// ---- ldi/texture/charts.hpp
+// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
+// along links under the paper's three constraints:
+//   1. no fold: a chart has at most one pixel at a lattice position;
+//   2. the bounding box is capped, so that charts pack well;
+//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
+//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
+//      edges; here it also holds for the hidden surfaces' inner ends, which else would bleed into the middle of what hides them.
+
+namespace ldi {
+
+/// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
@@ -1772,6 +3649,1910 @@ struct chart_set {
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
+
+struct chart_options {
+    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
+    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest.
+    std::int32_t max_side = 512;
+    /// How many lattice positions beyond the end of a surface must not hold another surface of the same chart: the reach of a
+    /// texture filter. 1 to 7.
+    std::int32_t filter_range = 4;
+    /// Pixels closer than this in disparity are one surface (the paper's tau_disp).
+    float discontinuity_threshold = 0.05F;
+};
+
+namespace detail {
+
+/// Which pixels constraint 3 is about, and how: for each side, how far straight ahead a pixel's surface ends, and whether the
+/// pixel lies beyond the end of another.
+class surface_ends {
+public:
+    static constexpr std::int32_t longest_range = 7;
+
+    surface_ends(const graph& g, std::int32_t range) : codes_(g.size(), 0) {
+        std::vector<std::uint8_t> is_beyond(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
+            for (side s : all_sides)
+                if (g.neighbours(s)[i] == no_pixel) add_end(g, i, s, range, is_beyond);
+        }
+        for (std::size_t i = 0; i < g.size(); ++i)
+            if (is_beyond[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])])
+                codes_[i] = static_cast<std::uint16_t>(codes_[i] | beyond_bit);
+    }
+
+    /// False for most pixels: those have nothing to do with constraint 3.
+    bool any(std::int32_t pixel) const { return codes_[static_cast<std::size_t>(pixel)] != 0; }
+    /// The number of steps to the first position beyond the surface; 0 if it goes on for the whole range, or to the border.
+    std::int32_t distance(std::int32_t pixel, side s) const { return (codes_[static_cast<std::size_t>(pixel)] >> shift(s)) & 7; }
+
+private:
+    static constexpr int beyond_bit = 1 << 12;
+
+    static int shift(side s) { return 3 * static_cast<int>(s); }
+
+    void add_end(const graph& g, std::size_t last, side s, std::int32_t range, std::vector<std::uint8_t>& is_beyond) {
+        std::int32_t x = g.x[last], y = g.y[last];
+        for (std::int32_t distance = 1; distance <= range; ++distance) {
+            x += step_x(s), y += step_y(s);
+            if (x < 0 || y < 0 || x >= g.width || y >= g.height) {
+                if (distance == 1) return;
+                break;
+            }
+            is_beyond[static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x)] = 1;
+        }
+        std::int32_t pixel = static_cast<std::int32_t>(last);
+        for (std::int32_t distance = 1; distance <= range && pixel != no_pixel; ++distance) {
+            std::uint16_t& code = codes_[static_cast<std::size_t>(pixel)];
+            code = static_cast<std::uint16_t>(code | (distance << shift(s)));
+            pixel = g.neighbour(pixel, opposite(s));
+        }
+    }
+
+    std::vector<std::uint16_t> codes_;  // 3 bits a side, and beyond_bit
+};
+
+/// Grows one chart after the other. Lattice positions remember the pixel and the chart that used or barred them last, so that
+/// nothing is cleared in between.
+class chart_grower {
+public:
+    chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
+        : graph_(g),
+          disparity_(disparity),
+          range_(options.filter_range),
+          threshold_(options.discontinuity_threshold),
+          cap_x_(even_share(g.width, options.max_side)),
+          cap_y_(even_share(g.height, options.max_side)),
+          ends_(g, options.filter_range),
+          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
+          allowed_(occupants_.size()) {
+        result_.chart_of.assign(g.size(), -1);
+    }
+
+    chart_set grow_all() {
+        const std::int32_t count = static_cast<std::int32_t>(graph_.size());
+        for (std::int32_t seed = 0; seed < count; ++seed)
+            if (chart_of(seed) < 0) grow(seed);
+        for (std::int32_t first = 0, last = 0; first < count; first = last) {
+            const std::int32_t c = chart_of(first);
+            while (last < count && chart_of(last) == c) ++last;
+            std::vector<std::int32_t>& pixels = result_.charts[static_cast<std::size_t>(c)].pixels;
+            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+        }
+        return std::move(result_);
+    }
+
+private:
+    /// Growth is breadth-first from cell to cell of the lattice and breadth-first within a cell, which stays in the cache.
+    static constexpr std::int32_t cell_side = 16;
+
+    struct position {
+        std::int32_t pixel = no_pixel, x = 0, y = 0;
+    };
+
+    /// The disparities that a chart may have at a lattice position beyond the end of one of its surfaces.
+    struct allowance {
+        std::int32_t chart = -1;
+        float lowest = 0, highest = 0;
+    };
+
+    static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
+        const std::int32_t pieces = std::max<std::int32_t>((length + cap - 1) / cap, 1);
+        return (length + pieces - 1) / pieces;
+    }
+
+    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[static_cast<std::size_t>(pixel)]; }
+
+    void grow(std::int32_t seed) {
+        current_ = static_cast<std::int32_t>(result_.charts.size());
+        const std::size_t s = static_cast<std::size_t>(seed);
+        left_ = right_ = graph_.x[s], top_ = bottom_ = graph_.y[s];
+        queue_.clear();
+        queue_.push_back({seed, graph_.x[s], graph_.y[s]});
+        accept(queue_.front());
+        std::size_t count = 1;
+        for (std::size_t next = 0; next < queue_.size(); ++next) count += fill_cell(queue_[next]);
+        chart grown;
+        grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
+        grown.pixels.reserve(count);
+        result_.charts.push_back(std::move(grown));
+    }
+
+    /// Grows breadth-first from a pixel of the chart as far as its cell goes; what lies beyond joins the queue.
+    std::size_t fill_cell(position from) {
+        std::array<position, cell_side * cell_side> wave;
+        std::size_t end = 0, joined = 0;
+        wave[end++] = from;
+        const auto offer = [&](position p) {
+            if (p.pixel == no_pixel || chart_of(p.pixel) >= 0 || !may_join(p)) return;
+            accept(p);
+            ++joined;
+            if (((p.x ^ from.x) | (p.y ^ from.y)) < cell_side)
+                wave[end++] = p;
+            else
+                queue_.push_back(p);
+        };
+        for (std::size_t next = 0; next < end; ++next) {
+            const position p = wave[next];
+            const std::size_t i = static_cast<std::size_t>(p.pixel);
+            offer({graph_.up[i], p.x, p.y - 1});
+            offer({graph_.down[i], p.x, p.y + 1});
+            offer({graph_.left[i], p.x - 1, p.y});
+            offer({graph_.right[i], p.x + 1, p.y});
+        }
+        return joined;
+    }
+
+    bool may_join(position p) {
+        if (right_ - p.x >= cap_x_ || p.x - left_ >= cap_x_ || bottom_ - p.y >= cap_y_ || p.y - top_ >= cap_y_) return false;
+        if (occupant(at(p.x, p.y)) != no_pixel) return false;
+        return !ends_.any(p.pixel) || is_clear_of_other_surfaces(p);
+    }
+
+    void accept(position p) {
+        chart_of(p.pixel) = current_;
+        occupants_[at(p.x, p.y)] = p.pixel;
+        left_ = std::min(left_, p.x), right_ = std::max(right_, p.x);
+        top_ = std::min(top_, p.y), bottom_ = std::max(bottom_, p.y);
+        if (ends_.any(p.pixel)) bar_other_surfaces(p);
+    }
+
+    /// The current chart's pixel at a lattice position.
+    std::int32_t occupant(std::size_t where) {
+        const std::int32_t pixel = occupants_[where];
+        return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
+    }
+
+    bool is_clear_of_other_surfaces(position p) {
+        const float disparity = disparity_[static_cast<std::size_t>(p.pixel)];
+        const allowance& here = allowed_[at(p.x, p.y)];
+        if (here.chart == current_ && (disparity < here.lowest || disparity > here.highest)) return false;
+        bool clear = true;
+        for_each_position_beyond_ends(p, [&](std::size_t where) {
+            const std::int32_t other = occupant(where);
+            if (other != no_pixel && std::abs(disparity_[static_cast<std::size_t>(other)] - disparity) > threshold_) clear = false;
+        });
+        return clear;
+    }
+
+    void bar_other_surfaces(position p) {
+        const float disparity = disparity_[static_cast<std::size_t>(p.pixel)];
+        for_each_position_beyond_ends(p, [&](std::size_t where) {
+            allowance& there = allowed_[where];
+            if (there.chart != current_) there = {current_, 0.0F, 1.0F};
+            there.lowest = std::max(there.lowest, disparity - threshold_);
+            there.highest = std::min(there.highest, disparity + threshold_);
+        });
+    }
+
+    /// Visits all lattice positions that are beyond the end of p's surface and within the filter range of p.
+    template <class Visit>
+    void for_each_position_beyond_ends(position p, Visit visit) {
+        for (side s : all_sides) {
+            const std::int32_t first = ends_.distance(p.pixel, s);
+            if (first == 0) continue;
+            for (std::int32_t distance = first; distance <= range_; ++distance) {
+                const std::int32_t x = p.x + distance * step_x(s), y = p.y + distance * step_y(s);
+                if (x < 0 || y < 0 || x >= graph_.width || y >= graph_.height) break;
+                visit(at(x, y));
+            }
+        }
+    }
+
+    std::size_t at(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
+    }
+
+    const graph& graph_;
+    std::span<const float> disparity_;
+    std::int32_t range_;
+    float threshold_;
+    std::int32_t cap_x_, cap_y_;
+    surface_ends ends_;
+    std::vector<std::int32_t> occupants_;  // the pixel that was last put at a lattice position
+    std::vector<allowance> allowed_;
+    std::vector<position> queue_;
+    std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
+    chart_set result_;
+};
+
+}  // namespace detail
+
+/// disparity  K, in [0, 1]
+///
+/// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
+inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
+    LDI_ASSERT(disparity.size() == g.size());
+    if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
+    if (options.filter_range < 1 || options.filter_range > detail::surface_ends::longest_range)
+        raise(error_code::invalid_option, "filter_range", "1 to 7", std::to_string(options.filter_range));
+    return detail::chart_grower(g, disparity, options).grow_all();
+}
+
+}  // namespace ldi
+
+// ---- ldi/texture/packing.hpp
+// Packs rectangles into one sheet: a tree that splits free rectangles (paper, section "Texture Atlas Generation", Packing; after
+// blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+
+namespace ldi {
+
+struct rectangle_size {
+    std::int32_t width = 0, height = 0;
+    friend bool operator==(const rectangle_size&, const rectangle_size&) = default;
+};
+
+struct rectangle_corner {
+    std::int32_t x = 0, y = 0;  ///< of the top left corner
+};
+
+/// Where each rectangle lies, and how large the sheet is that holds them all.
+struct packing {
+    rectangle_size sheet;
+    std::vector<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
+};
+
+/// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
+/// Only the free leaves are kept, from left to right: they are all that a search of the tree can end in.
+class packing_tree {
+public:
+    explicit packing_tree(rectangle_size sheet) { leaves_ = {{{}, {}, 1}, {{}, sheet, none}}; }
+
+    /// Finds room for a rectangle; false if there is none.
+    bool insert(rectangle_size size, rectangle_corner& corner) {
+        if (!(size == last_size_)) before_ = 0, last_size_ = size;  // for equal sizes, what was too small before still is
+        while (leaves_[before_].next != none) {
+            const std::size_t found = leaves_[before_].next;
+            if (size.width <= leaves_[found].size.width && size.height <= leaves_[found].size.height) {
+                corner = leaves_[found].corner;
+                take(found, size);
+                return true;
+            }
+            before_ = found;
+        }
+        return false;
+    }
+
+private:
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+    struct leaf {
+        rectangle_corner corner;
+        rectangle_size size;
+        std::size_t next;
+    };
+
+    /// Splits what the rectangle leaves over: first off the whole side where more is left, then the rest of the other.
+    void take(std::size_t found, rectangle_size size) {
+        const leaf old = leaves_[found];
+        const std::int32_t right = old.size.width - size.width, below = old.size.height - size.height;
+        const bool vertically = right > below;
+        const leaf beside{{old.corner.x + size.width, old.corner.y}, {right, vertically ? old.size.height : size.height}, none};
+        const leaf under{{old.corner.x, old.corner.y + size.height}, {vertically ? size.width : old.size.width, below}, none};
+        leaves_[before_].next = old.next;
+        // The leaf within the strip that the rectangle was cut from comes first in the tree.
+        add(vertically ? beside : under);
+        add(vertically ? under : beside);
+    }
+
+    void add(leaf l) {
+        if (l.size.width == 0 || l.size.height == 0) return;
+        l.next = leaves_[before_].next;
+        leaves_[before_].next = leaves_.size();
+        leaves_.push_back(l);
+    }
+
+    std::vector<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    std::size_t before_ = 0;
+    rectangle_size last_size_;
+};
+
+struct packing_options {
+    std::int32_t max_side = 512;  ///< the sheet is at most this wide and high
+};
+
+namespace detail {
+
+/// Large ones first: by the longer side, then by the shorter, then in the caller's order.
+inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
+    std::vector<std::size_t> order(sizes.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        const rectangle_size m = sizes[a], n = sizes[b];
+        if (std::max(m.width, m.height) != std::max(n.width, n.height)) return std::max(m.width, m.height) > std::max(n.width, n.height);
+        if (std::min(m.width, m.height) != std::min(n.width, n.height)) return std::min(m.width, m.height) > std::min(n.width, n.height);
+        if (m.width != n.width) return m.width > n.width;
+        return a < b;
+    });
+    return order;
+}
+
+inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std::size_t> order, rectangle_size sheet,
+                      std::vector<rectangle_corner>& corners) {
+    packing_tree tree(sheet);
+    corners.resize(sizes.size());
+    for (std::size_t i : order)
+        if (!tree.insert(sizes[i], corners[i])) return false;
+    return true;
+}
+
+}  // namespace detail
+
+/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 2:3 to 3:2 and keeps the smallest.
+/// Raises error_code::too_large if none up to max_side x max_side holds them.
+inline packing pack(std::span<const rectangle_size> sizes, const packing_options& options = {}) {
+    if (sizes.empty()) return {};
+    rectangle_size largest;
+    std::int64_t area = 0;
+    for (const rectangle_size& s : sizes) {
+        LDI_ASSERT(s.width > 0 && s.height > 0);
+        largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
+        area += std::int64_t{s.width} * s.height;
+    }
+    const std::vector<std::size_t> order = detail::packing_order(sizes);
+
+    packing best;
+    std::vector<rectangle_corner> corners;
+    const auto sheet_area = [](rectangle_size s) { return std::int64_t{s.width} * s.height; };
+    const auto fits = [&](rectangle_size sheet) {
+        if (!detail::pack_into(sizes, order, sheet, corners)) return false;
+        best.sheet = sheet;
+        best.corners = corners;
+        return true;
+    };
+    const double side = std::sqrt(static_cast<double>(area));
+    for (double stretch = 0.84; stretch < 1.25; stretch += 0.05) {
+        const std::int32_t width = std::max(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
+        if (width > options.max_side) continue;
+        // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
+        std::int32_t low = std::max(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
+        const std::int32_t below_best = best.corners.empty() ? options.max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
+        std::int32_t high = std::min(options.max_side, below_best);
+        if (low > high || !fits({width, high})) continue;
+        while (low < high) {
+            const std::int32_t middle = low + (high - low) / 2;
+            if (fits({width, middle}))
+                high = middle;
+            else
+                low = middle + 1;
+        }
+    }
+    if (best.corners.empty() && !fits({options.max_side, options.max_side}))
+        raise(error_code::too_large, "pack", "a sheet of at most " + std::to_string(options.max_side) + " a side",
+              std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
+    return best;
+}
+
+}  // namespace ldi
+
+// ---- ldi/texture/padding.hpp
+// Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
+// padding, a few texels thick: copied from the neighbouring chart where the surface goes on, diffused where it ends. Macroblock
+// padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
+
+namespace ldi {
+
+/// JPEG codes colour in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+inline constexpr std::int32_t macroblock_side = 16;
+
+/// Where a texel of the atlas has its colour from: the classes of the paper's Figure "atlas".
+enum class texel_kind : std::uint8_t {
+    empty,       ///< in no block of a chart
+    photo,       ///< a pixel that the photo shows
+    refilled,    ///< a pixel in front, but so close to a silhouette that its colour was mixed and had to be inpainted
+    occluded,    ///< an inpainted pixel behind another
+    copied,      ///< filter padding from the neighbouring chart
+    diffused,    ///< filter padding where the surface ends
+    macroblock,  ///< the rest of a chart's blocks
+};
+
+/// A rectangle of the atlas, in texels.
+struct atlas_rectangle {
+    std::int32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+struct padding_options {
+    std::int32_t filter_padding = 4;  ///< thickness in texels, counted along rows and columns
+    int diffusion_rounds = 4;         ///< on each level, see diffusion.hpp
+};
+
+/// Draws and pads one chart after the other and keeps its memory for the next. One object serves one thread; charts whose
+/// rectangles share no texel may be drawn at the same time.
+class chart_padder {
+public:
+    /// kind_of  K: photo, refilled or occluded for each pixel
+    /// colour   the atlas, H x W x 3
+    /// kind     the atlas, H x W x 1, all `empty` before the first chart
+    chart_padder(const graph& g, std::span<const std::uint8_t> colours, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& colour, image<texel_kind>& kind)
+        : graph_(g), colours_(colours.data()), kind_of_(kind_of.data()), colour_(colour.data()), kind_(kind.data()),
+          stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
+
+    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every side
+    ///       of the chart. Colours of texels that stay empty are left alone.
+    void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
+        draw_own(c, placement);
+        find_border(c, placement);
+        for (std::int32_t i = 0; i < options.filter_padding; ++i) grow_border();
+        fill_blocks(room, options.diffusion_rounds);
+    }
+
+private:
+    struct border_texel {
+        std::ptrdiff_t texel;
+        std::int32_t pixel;  // whose surface it shows; no_pixel beyond the surface's end
+    };
+
+    std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
+        const std::size_t i = static_cast<std::size_t>(pixel);
+        return (graph_.y[i] - c.y + placement.y) * stride_ + (graph_.x[i] - c.x + placement.x);
+    }
+
+    std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
+
+    void draw_own(const chart& c, chart_placement placement) {
+        for (std::int32_t pixel : c.pixels) {
+            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
+            kind_[texel] = kind_of_[pixel];
+            copy_colour(texel, pixel);
+        }
+    }
+
+    void copy_colour(std::ptrdiff_t texel, std::int32_t pixel) {
+        for (std::ptrdiff_t channel = 0; channel < 3; ++channel)
+            colour_[3 * texel + channel] = colours_[3 * std::ptrdiff_t{pixel} + channel];
+    }
+
+    void find_border(const chart& c, chart_placement placement) {
+        border_.clear();
+        for (std::int32_t pixel : c.pixels) {
+            const std::ptrdiff_t texel = texel_of(pixel, c, placement);
+            if (kind_[texel - 1] == texel_kind::empty || kind_[texel + 1] == texel_kind::empty ||
+                kind_[texel - stride_] == texel_kind::empty || kind_[texel + stride_] == texel_kind::empty)
+                border_.push_back({texel, pixel});
+        }
+    }
+
+    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts more
+    /// than that another ends.
+    void grow_border() {
+        next_border_.clear();
+        for (const border_texel& b : border_) {
+            if (b.pixel == no_pixel) continue;
+            for (side s : all_sides) {
+                const std::ptrdiff_t texel = b.texel + step(s);
+                const std::int32_t beyond = graph_.neighbour(b.pixel, s);
+                if (beyond == no_pixel || kind_[texel] != texel_kind::empty) continue;
+                kind_[texel] = texel_kind::copied;
+                copy_colour(texel, beyond);
+                next_border_.push_back({texel, beyond});
+            }
+        }
+        for (const border_texel& b : border_)
+            for (side s : all_sides) {
+                const std::ptrdiff_t texel = b.texel + step(s);
+                if (kind_[texel] != texel_kind::empty) continue;
+                kind_[texel] = texel_kind::diffused;
+                next_border_.push_back({texel, no_pixel});
+            }
+        border_.swap(next_border_);
+    }
+
+    static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
+    static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
+
+    /// Diffuses into all unknown texels of the blocks that the padded chart touches.
+    void fill_blocks(atlas_rectangle room, int rounds) {
+        diffusion_.start();
+        unknown_.clear();
+        cell_above_.assign(static_cast<std::size_t>(room.width), 0);
+        for (std::int32_t y = 0; y < room.height; ++y) {
+            if (y % macroblock_side == 0) find_open_blocks(room, y);
+            for (std::int32_t block : open_blocks_)
+                for (std::int32_t x = block; x < block + macroblock_side; ++x) add_unknown(room, x, y);
+        }
+        diffusion_.solve(rounds);
+        for (std::size_t i = 0; i < unknown_.size(); ++i) {
+            const diffusion::colour_type& value = diffusion_.colour(static_cast<std::int32_t>(i) + 1);
+            for (std::size_t channel = 0; channel < 3; ++channel)
+                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
+        }
+    }
+
+    /// Lists the blocks of one row of blocks that have unknown texels, and marks those.
+    void find_open_blocks(atlas_rectangle room, std::int32_t y) {
+        open_blocks_.clear();
+        for (std::int32_t x = 0; x < room.width; x += macroblock_side) {
+            texel_kind* corner = kind_ + (room.y + y) * stride_ + room.x + x;
+            unsigned seen = 0;
+            for (std::int32_t i = 0; i < macroblock_side; ++i)
+                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= 1U << static_cast<unsigned>(corner[i * stride_ + j]);
+            constexpr unsigned empty = 1U << static_cast<unsigned>(texel_kind::empty);
+            constexpr unsigned diffused = 1U << static_cast<unsigned>(texel_kind::diffused);
+            if (seen == empty || (seen & (empty | diffused)) == 0) continue;
+            open_blocks_.push_back(x);
+            for (std::int32_t i = 0; i < macroblock_side; ++i)
+                std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty, texel_kind::macroblock);
+        }
+    }
+
+    void add_unknown(atlas_rectangle room, std::int32_t x, std::int32_t y) {
+        const std::ptrdiff_t texel = (room.y + y) * stride_ + room.x + x;
+        if (!is_unknown(kind_[texel])) return;
+        const std::int32_t cell = diffusion_.add_cell(x, y);
+        unknown_.push_back(texel);
+        const auto look = [&](bool inside, std::ptrdiff_t other) {
+            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbour(cell, colour_ + 3 * other);
+            return inside && is_unknown(kind_[other]);
+        };
+        if (look(x > 0, texel - 1)) diffusion_.link_left(cell, cell - 1);
+        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[static_cast<std::size_t>(x)]);
+        look(x + 1 < room.width, texel + 1);
+        look(y + 1 < room.height, texel + stride_);
+        cell_above_[static_cast<std::size_t>(x)] = cell;
+    }
+
+    const graph& graph_;
+    const std::uint8_t* colours_;
+    const texel_kind* kind_of_;
+    std::uint8_t* colour_;
+    texel_kind* kind_;
+    std::ptrdiff_t stride_;
+    std::vector<border_texel> border_, next_border_;
+    diffusion diffusion_;
+    std::vector<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    std::vector<std::int32_t> cell_above_, open_blocks_;
+};
+
+}  // namespace ldi
+
+// ---- ldi/texture/atlas.hpp
+// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas Generation").
+
+namespace ldi {
+
+struct atlas_options {
+    padding_options padding;
+    /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
+    std::int32_t max_side = 8192;
+    /// The colour of blocks that no chart touches.
+    std::uint8_t empty_colour[3] = {128, 128, 128};
+};
+
+struct texture_atlas {
+    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16
+    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its colour from
+    std::vector<chart_placement> placements;  ///< one a chart
+    float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
+};
+
+namespace detail {
+
+/// photo, refilled or occluded for each pixel.
+inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
+    const graph& g = layers.topology;
+    const std::vector<float>& disparity = layers.column<disparity_column>();
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const auto at = [&](std::size_t i) {
+        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
+    };
+    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
+    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
+    std::vector<texel_kind> kinds(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i)
+        kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
+    return kinds;
+}
+
+}  // namespace detail
+
+/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own, and
+/// only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative padding.
+template <executor Executor = const serial_executor>
+texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
+                         Executor&& threads = {}) {
+    const std::int32_t padding = options.padding.filter_padding;
+    if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
+
+    const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
+    std::vector<rectangle_size> sizes;
+    sizes.reserve(charts.charts.size());
+    for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
+    const packing packed = pack(sizes, {options.max_side / macroblock_side});
+
+    texture_atlas atlas;
+    const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
+    const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
+    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3);
+    for (std::size_t i = 0; i < atlas_height * atlas_width; ++i) std::copy_n(options.empty_colour, 3, atlas.colour.data() + 3 * i);
+    atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
+    atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
+
+    const std::vector<texel_kind> kinds = detail::pixel_kinds(layers);
+    atlas.placements.resize(charts.charts.size());
+    parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
+        chart_padder padder(layers.topology, layers.column<colour_column>(), kinds, atlas.colour, atlas.kind);
+        for (std::size_t i = first; i < last; ++i) {
+            const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
+                                       sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
+            atlas.placements[i] = {room.x + padding, room.y + padding};
+            padder.draw(charts.charts[i], atlas.placements[i], room, options.padding);
+        }
+    });
+    return atlas;
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/triangulate.hpp
+// Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
+// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
+// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
+// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+
+namespace ldi {
+
+struct lattice_point {
+    std::int32_t x, y;  ///< within +-2^18
+};
+
+/// Vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior lies to the
+/// right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in the interior.
+///
+/// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
+/// outline that is walked along the inside has them.
+struct polygon {
+    std::vector<lattice_point> points;
+    std::vector<std::int32_t> next;
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+
+    void clear() { points.clear(), next.clear(), outline_count = 0; }
+};
+
+/// Why a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or touch where they
+/// must not.
+struct polygon_conflict {
+    std::vector<std::int32_t> edges;
+};
+
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+struct triangulation {
+    std::vector<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
+    std::vector<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+};
+
+/// Triangulates polygons. Keep one to reuse its memory.
+class triangulator {
+public:
+    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
+    /// one, says where; `result` is of no use then.
+    std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
+
+private:
+    /// A vertex of a chain that waits for triangles. From left to right the interior lies below the chain, and every vertex but
+    /// the ends is straight or reflex, else it would have been cut off.
+    struct node {
+        lattice_point at;
+        std::int32_t vertex, previous, next;
+        std::int32_t link;  ///< of the edge to the next vertex: index into open_sides_, or -1 for an edge of a polygon's chain
+    };
+    /// An edge that crosses the sweep line, and the part of the interior to its right.
+    struct active_edge {
+        lattice_point upper, lower;
+        std::int32_t upper_vertex, lower_vertex;
+        std::int32_t edge;  ///< the vertex at which it begins
+        bool interior_left, interior_right;
+        std::int32_t head, tail, lowest;  ///< the chain of the part to the right; only if interior_right
+    };
+    struct chain {
+        std::int32_t head, tail, lowest;
+    };
+
+    static bool same(lattice_point a, lattice_point b) { return a.x == b.x && a.y == b.y; }
+    static bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
+    /// Positive if a, b, c turn right on screen.
+    static std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
+        return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
+    }
+    static bool is_right_of(lattice_point p, const active_edge& e) { return turn(e.upper, e.lower, p) < 0; }
+
+    std::int32_t add_node(std::int32_t vertex, lattice_point at) {
+        nodes_.push_back({at, vertex, -1, -1, -1});
+        return static_cast<std::int32_t>(nodes_.size()) - 1;
+    }
+    node& at(std::int32_t i) { return nodes_[static_cast<std::size_t>(i)]; }
+    void join(std::int32_t a, std::int32_t b, std::int32_t link) { at(a).next = b, at(b).previous = a, at(a).link = link; }
+    std::int32_t add_link(std::int32_t half_edge) {
+        open_sides_.push_back(half_edge);
+        return static_cast<std::int32_t>(open_sides_.size()) - 1;
+    }
+    /// Says that `half_edge` lies along an edge, for the second triangle there to find.
+    void attach(std::int32_t link, std::int32_t half_edge, triangulation& result);
+
+    /// Appends `p` to the right end of a chain, over an edge known by `link`, and cuts off what became convex.
+    void append(chain& c, std::int32_t p, std::int32_t link, triangulation& result);
+    /// Puts `p` before the left end.
+    void prepend(chain& c, std::int32_t p, std::int32_t link, triangulation& result);
+
+    void collect_events(const polygon& shape);
+    std::optional<polygon_conflict> sweep_point(const polygon& shape, std::size_t first, std::size_t last, triangulation& result);
+    polygon_conflict conflict_at(const polygon& shape, std::size_t first, std::size_t last, std::size_t place) const;
+    void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
+
+    std::vector<std::uint64_t> events_;  ///< vertices by y, then x
+    std::vector<std::int32_t> before_;   ///< the vertex whose next is this one
+    std::vector<node> nodes_;
+    std::vector<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
+    std::vector<active_edge> status_;       ///< edges that cross the sweep line, from left to right
+    std::vector<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
+};
+
+inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
+    LDI_ASSERT(shape.next.size() == shape.points.size());
+    collect_events(shape);
+    nodes_.clear(), open_sides_.clear(), status_.clear();
+    result.triangles.clear(), result.mates.clear();
+    for (std::size_t first = 0; first < events_.size();) {
+        std::size_t last = first + 1;
+        while (last < events_.size() && (events_[last] >> 24) == (events_[first] >> 24)) ++last;
+        if (const std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
+        first = last;
+    }
+    return std::nullopt;
+}
+
+inline void triangulator::attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
+    if (link < 0) return;
+    std::int32_t& other = open_sides_[static_cast<std::size_t>(link)];
+    if (other < 0) {
+        other = half_edge;
+    } else {
+        result.mates[static_cast<std::size_t>(other)] = half_edge;
+        result.mates[static_cast<std::size_t>(half_edge)] = other;
+    }
+}
+
+inline void triangulator::append(chain& c, std::int32_t p, std::int32_t link, triangulation& result) {
+    std::int32_t a = c.tail;
+    while (a != c.head) {
+        const std::int32_t b = at(a).previous;
+        if (turn(at(b).at, at(a).at, at(p).at) <= 0) break;
+        const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
+        for (std::int32_t i : {b, p, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
+        result.mates.insert(result.mates.end(), 3, -1);
+        attach(link, half_edge + 1, result);
+        attach(at(b).link, half_edge + 2, result);
+        link = add_link(half_edge);
+        a = b;
+    }
+    join(a, p, link);
+    c.tail = c.lowest = p;
+}
+
+inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, triangulation& result) {
+    std::int32_t a = c.head;
+    while (a != c.tail) {
+        const std::int32_t b = at(a).next;
+        if (turn(at(p).at, at(a).at, at(b).at) <= 0) break;
+        const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
+        for (std::int32_t i : {p, b, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
+        result.mates.insert(result.mates.end(), 3, -1);
+        attach(at(a).link, half_edge + 1, result);
+        attach(link, half_edge + 2, result);
+        link = add_link(half_edge);
+        a = b;
+    }
+    join(p, a, link);
+    c.head = c.lowest = p;
+}
+
+inline void triangulator::collect_events(const polygon& shape) {
+    constexpr std::int64_t offset = std::int64_t{1} << 19;
+    const std::size_t count = shape.points.size();
+    events_.resize(count), before_.assign(count, -1);
+    for (std::size_t v = 0; v < count; ++v) {
+        const std::uint64_t y = static_cast<std::uint64_t>(shape.points[v].y + offset);
+        const std::uint64_t x = static_cast<std::uint64_t>(shape.points[v].x + offset);
+        events_[v] = y << 44 | x << 24 | v;
+        if (shape.next[v] >= 0) before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+    }
+    std::sort(events_.begin(), events_.end());
+}
+
+/// Files the edge from -> to under the edges that begin here if `from` or `to` is its upper end.
+inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
+    const lattice_point a = shape.points[static_cast<std::size_t>(from)], b = shape.points[static_cast<std::size_t>(to)];
+    const bool downwards = above(a, b), inner = from >= shape.outline_count;
+    active_edge e{downwards ? a : b,
+                  downwards ? b : a,
+                  downwards ? from : to,
+                  downwards ? to : from,
+                  from,
+                  inner || downwards,
+                  inner || !downwards,
+                  -1,
+                  -1,
+                  -1};
+    // Of two edges that lie on each other, the one with the interior on its left goes left: the part between them is empty
+    // outside.
+    const auto left_of = [](const active_edge& f, const active_edge& g) {
+        const std::int64_t t = turn(f.lower, f.upper, g.lower);
+        return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
+    };
+    std::size_t place = starting_.size();
+    while (place > 0 && left_of(e, starting_[place - 1])) --place;
+    starting_.insert(starting_.begin() + static_cast<std::ptrdiff_t>(place), e);
+}
+
+/// All edges that meet at a point, those that pass it next to `place` in the status, and those next to where its edges really are.
+inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::size_t first, std::size_t last,
+                                                  std::size_t place) const {
+    polygon_conflict conflict;
+    const auto add = [&](std::int32_t vertex) {
+        if (vertex >= 0 && shape.next[static_cast<std::size_t>(vertex)] >= 0) conflict.edges.push_back(vertex);
+    };
+    const lattice_point p = shape.points[static_cast<std::size_t>(events_[first] & 0xFFFFFF)];
+    for (std::size_t event = first; event < last; ++event) {
+        const std::int32_t v = static_cast<std::int32_t>(events_[event] & 0xFFFFFF);
+        add(v), add(before_[static_cast<std::size_t>(v)]);
+    }
+    for (std::size_t i = 0; i < status_.size(); ++i)
+        if (i == place || i + 1 == place || same(status_[i].lower, p) || (i > 0 && same(status_[i - 1].lower, p)) ||
+            (i + 1 < status_.size() && same(status_[i + 1].lower, p)))
+            add(status_[i].edge);
+    return conflict;
+}
+
+inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, std::size_t first_event,
+                                                                 std::size_t last_event, triangulation& result) {
+    const auto vertex_of = [&](std::size_t event) { return static_cast<std::int32_t>(events_[event] & 0xFFFFFF); };
+    const lattice_point p = shape.points[static_cast<std::size_t>(vertex_of(first_event))];
+
+    std::size_t ending = 0;
+    starting_.clear();
+    for (std::size_t event = first_event; event < last_event; ++event) {
+        const std::int32_t v = vertex_of(event);
+        bool has_edge = false;
+        for (const auto& [from, to] :
+             {std::pair{v, shape.next[static_cast<std::size_t>(v)]}, std::pair{before_[static_cast<std::size_t>(v)], v}}) {
+            if (from < 0 || to < 0) continue;
+            has_edge = true;
+            const lattice_point other = shape.points[static_cast<std::size_t>(from == v ? to : from)];
+            if (same(p, other)) return polygon_conflict{{from}};
+            if (above(other, p))
+                ++ending;
+            else
+                start_edge(shape, from, to);
+        }
+        if (!has_edge && last_event - first_event > 1) return conflict_at(shape, first_event, last_event, 0);
+    }
+
+    // The edges that end here stand side by side in the status, between one that passes on the left and one on the right.
+    const std::size_t s = static_cast<std::size_t>(
+        std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p, e); }) -
+        status_.begin());
+    std::size_t t = s;
+    while (t < status_.size() && same(status_[t].lower, p)) ++t;
+    const auto conflict_here = [&] { return conflict_at(shape, first_event, last_event, s); };
+    if (t - s != ending || (t < status_.size() && turn(status_[t].upper, status_[t].lower, p) <= 0)) return conflict_here();
+
+    // Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
+    // interior at this point must be one vertex.
+    const bool interior_left = s > 0 && status_[s - 1].interior_right;
+    const bool interior_right = t < status_.size() && status_[t].interior_left;
+    bool interior = interior_left;
+    for (const active_edge& e : starting_) {
+        if (e.interior_left != interior) return conflict_here();
+        interior = e.interior_right;
+    }
+    if (interior != interior_right) return conflict_here();
+    for (std::size_t i = 1; i < starting_.size(); ++i) {
+        const active_edge &a = starting_[i - 1], &b = starting_[i];
+        if (a.interior_right && (a.upper_vertex != b.upper_vertex || turn(a.lower, a.upper, b.lower) == 0))
+            return conflict_here();
+        if (!a.interior_right && turn(a.lower, a.upper, b.lower) == 0 && !same(a.lower, b.lower)) return conflict_here();
+    }
+
+    // The parts that end here.
+    for (std::size_t i = s; i + 1 < t; ++i) {
+        if (!status_[i].interior_right) continue;
+        if (status_[i].lower_vertex != status_[i + 1].lower_vertex) return conflict_here();
+        chain c{status_[i].head, status_[i].tail, status_[i].lowest};
+        append(c, add_node(status_[i].lower_vertex, p), -1, result);
+        if (at(c.tail).previous != c.head) return conflict_here();
+    }
+
+    // The parts to the left and right, which go on below or, where no edge begins, become one.
+    const std::int32_t left_vertex = t > s               ? status_[s].lower_vertex
+                                     : starting_.empty() ? vertex_of(first_event)
+                                                         : starting_.front().upper_vertex;
+    const std::int32_t right_vertex = t > s               ? status_[t - 1].lower_vertex
+                                      : starting_.empty() ? left_vertex
+                                                          : starting_.back().upper_vertex;
+    chain left{-1, -1, -1}, right{-1, -1, -1};
+    std::int32_t diagonal = -1;
+    if (s == t) {
+        if (interior_left) {
+            // Inside a part: the last vertex that was added to its chain sees this one.
+            if (left_vertex != right_vertex) return conflict_here();
+            const active_edge& e = status_[s - 1];
+            const std::int32_t seen = e.lowest, copy = add_node(at(seen).vertex, at(seen).at);
+            left = {e.head, seen, seen};
+            right = {copy, seen == e.tail ? copy : e.tail, copy};
+            if (seen != e.tail) join(copy, at(seen).next, at(seen).link);
+            diagonal = add_link(-1);
+        } else if (starting_.empty()) {
+            return conflict_here();
+        }
+    } else {
+        if (interior_left) left = {status_[s - 1].head, status_[s - 1].tail, status_[s - 1].lowest};
+        if (interior_right) right = {status_[t - 1].head, status_[t - 1].tail, status_[t - 1].lowest};
+    }
+    if (interior_left) {
+        if (!starting_.empty() && starting_.front().upper_vertex != left_vertex) return conflict_here();
+        append(left, add_node(left_vertex, p), diagonal, result);
+    }
+    if (interior_right) {
+        if (!starting_.empty() && starting_.back().upper_vertex != right_vertex) return conflict_here();
+        prepend(right, add_node(right_vertex, p), diagonal, result);
+    }
+    if (starting_.empty()) {
+        if (interior_left) {
+            if (left_vertex != right_vertex) return conflict_here();
+            // One vertex ends the left chain and begins the right one.
+            join(left.tail, at(right.head).next, at(right.head).link);
+            left.tail = right.tail;
+        }
+    } else {
+        for (std::size_t i = 0; i + 1 < starting_.size(); ++i) {
+            active_edge& e = starting_[i];
+            if (e.interior_right) e.head = e.tail = e.lowest = add_node(e.upper_vertex, p);
+        }
+        active_edge& e = starting_.back();
+        if (interior_right) e.head = right.head, e.tail = right.tail, e.lowest = right.lowest;
+    }
+    if (interior_left) {
+        active_edge& e = status_[s - 1];
+        e.head = left.head, e.tail = left.tail, e.lowest = left.lowest;
+    }
+
+    const std::size_t replaced = std::min(t - s, starting_.size());
+    std::copy(starting_.begin(), starting_.begin() + static_cast<std::ptrdiff_t>(replaced),
+              status_.begin() + static_cast<std::ptrdiff_t>(s));
+    const auto place = status_.begin() + static_cast<std::ptrdiff_t>(s + replaced);
+    if (t - s > replaced)
+        status_.erase(place, status_.begin() + static_cast<std::ptrdiff_t>(t));
+    else
+        status_.insert(place, starting_.begin() + static_cast<std::ptrdiff_t>(replaced), starting_.end());
+    return std::nullopt;
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/detail/crossings.hpp
+// Finds where a polygon's outline crosses or touches itself, all places at once.
+
+namespace ldi::detail {
+
+/// Sweeps over the outline edges of a polygon from top to bottom and compares each with those whose bounding boxes it meets. Keep
+/// one to reuse its memory.
+class crossing_finder {
+public:
+    /// Calls report(v) for every edge v -> next[v] that meets another one other than in the ends of both, that doubles back on the
+    /// one before, or on whose sides the interior is not where it should be at a point that the outline visits twice. Edges may lie
+    /// on each other. May report an edge more than once.
+    template <class Report>
+    void operator()(const polygon& shape, Report&& report) {
+        edges_.clear(), visits_.clear();
+        for (std::int32_t v = 0; v < shape.outline_count; ++v) {
+            const std::int32_t w = shape.next[static_cast<std::size_t>(v)];
+            const lattice_point a = shape.points[static_cast<std::size_t>(v)], b = shape.points[static_cast<std::size_t>(w)];
+            edges_.push_back({a, b, std::min(a.x, b.x), std::max(a.x, b.x), std::min(a.y, b.y), std::max(a.y, b.y), v});
+            visits_.push_back({b, a, shape.points[static_cast<std::size_t>(shape.next[static_cast<std::size_t>(w)])], v, w});
+            if (same(a, b)) report(v);
+        }
+        compare_edges(report);
+        compare_visits(report);
+    }
+
+private:
+    struct edge {
+        lattice_point a, b;
+        std::int32_t left, right, top, bottom, vertex;
+    };
+    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    struct visit {
+        lattice_point at, from, to;
+        std::int32_t edge_in, edge_out;
+    };
+
+    template <class Report>
+    void compare_edges(Report& report) {
+        std::sort(edges_.begin(), edges_.end(), [](const edge& e, const edge& f) {
+            return e.top != f.top ? e.top < f.top : e.vertex < f.vertex;
+        });
+        active_.clear();
+        for (const edge& e : edges_) {
+            for (std::size_t i = 0; i < active_.size();) {
+                const edge& f = active_[i];
+                if (f.bottom < e.top) {
+                    active_[i] = active_.back();
+                    active_.pop_back();
+                    continue;
+                }
+                if (f.left <= e.right && e.left <= f.right && collide(e, f)) report(e.vertex), report(f.vertex);
+                ++i;
+            }
+            active_.push_back(e);
+        }
+    }
+
+    template <class Report>
+    void compare_visits(Report& report) {
+        std::sort(visits_.begin(), visits_.end(), [](const visit& v, const visit& w) {
+            return v.at.y != w.at.y ? v.at.y < w.at.y : v.at.x != w.at.x ? v.at.x < w.at.x : v.edge_in < w.edge_in;
+        });
+        for (std::size_t i = 0; i < visits_.size(); ++i) {
+            const visit& v = visits_[i];
+            if (same(v.from, v.to)) report(v.edge_in), report(v.edge_out);
+            for (std::size_t j = i + 1; j < visits_.size() && same(visits_[j].at, v.at); ++j) {
+                const visit& w = visits_[j];
+                if (!overlap(v, w) && !overlap(w, v)) continue;
+                for (std::int32_t e : {v.edge_in, v.edge_out, w.edge_in, w.edge_out}) report(e);
+            }
+        }
+    }
+
+    static std::int64_t turn(lattice_point centre, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - centre.x} * (b.y - centre.y) - std::int64_t{a.y - centre.y} * (b.x - centre.x);
+    }
+    static std::int64_t dot(lattice_point centre, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - centre.x} * (b.x - centre.x) + std::int64_t{a.y - centre.y} * (b.y - centre.y);
+    }
+    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    static bool inside(const visit& v, lattice_point p) {
+        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
+        if (whole > 0) return a > 0 && b > 0;
+        if (whole < 0) return !(a <= 0 && b <= 0);
+        if (dot(v.at, v.to, v.from) < 0) return a > 0;
+        return a != 0 || dot(v.at, v.to, p) < 0;
+    }
+    static bool same_direction(lattice_point centre, lattice_point p, lattice_point q) {
+        return turn(centre, p, q) == 0 && dot(centre, p, q) > 0;
+    }
+    static bool overlap(const visit& v, const visit& w) {
+        return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
+    }
+
+    static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
+    static int side(const edge& e, lattice_point p) {
+        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        return t < 0 ? -1 : t > 0 ? 1 : 0;
+    }
+    static bool in_box(const edge& e, lattice_point p) {
+        return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
+    }
+    static bool touches(const edge& e, lattice_point p, int side_of_p) {
+        return side_of_p == 0 && in_box(e, p) && !same(p, e.a) && !same(p, e.b);
+    }
+
+    static bool collide(const edge& e, const edge& f) {
+        const int a = side(e, f.a), b = side(e, f.b), c = side(f, e.a), d = side(f, e.b);
+        if (a * b < 0 && c * d < 0) return true;
+        return touches(e, f.a, a) || touches(e, f.b, b) || touches(f, e.a, c) || touches(f, e.b, d);
+    }
+
+    std::vector<edge> edges_, active_;
+    std::vector<visit> visits_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/flip.hpp
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
+// which disparity would be interpolated between vertices that have nothing to do with each other.
+
+namespace ldi {
+
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
+/// compared in integers.
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack);
+
+namespace detail {
+
+constexpr std::size_t next_half_edge(std::size_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+
+/// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
+inline void flip(triangulation& t, std::size_t h) {
+    const std::size_t m = static_cast<std::size_t>(t.mates[h]);
+    const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
+    t.triangles[h1] = t.triangles[m2];
+    t.triangles[m1] = t.triangles[h2];
+    const auto connect = [&](std::size_t from, std::int32_t to) {
+        t.mates[from] = to;
+        if (to >= 0) t.mates[static_cast<std::size_t>(to)] = static_cast<std::int32_t>(from);
+    };
+    const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
+    connect(h, beyond_ad);
+    connect(m, beyond_bc);
+    connect(h1, static_cast<std::int32_t>(m1));
+}
+
+}  // namespace detail
+
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack) {
+    using detail::next_half_edge;
+    stack.clear();
+    for (std::size_t h = 0; h < t.mates.size(); ++h)
+        if (t.mates[h] > static_cast<std::int32_t>(h)) stack.push_back(static_cast<std::int32_t>(h));
+    std::int32_t extent = 1;
+    for (const lattice_point& p : points) extent = std::max({extent, p.x, p.y, -p.x, -p.y});
+    int shift = 0;  // keeps products of four coordinate differences within 64 bits
+    for (; extent > 1 << 14; extent >>= 1) ++shift;
+    shift *= 2;
+    std::size_t flips_left = 64 * t.triangles.size();  // flips with shifted angles are not sure to end by themselves
+    while (!stack.empty() && flips_left > 0) {
+        const std::size_t h = static_cast<std::size_t>(stack.back());
+        stack.pop_back();
+        if (t.mates[h] < 0) continue;
+        const std::size_t m = static_cast<std::size_t>(t.mates[h]);
+        const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+        const lattice_point a = points[t.triangles[h]], b = points[t.triangles[h1]], c = points[t.triangles[h2]],
+                            d = points[t.triangles[m2]];
+        const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
+        const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
+        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
+        const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
+        const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
+        const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
+        if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
+        // Only a strictly convex quadrilateral has another diagonal.
+        const auto turn = [](lattice_point p, lattice_point q, lattice_point r) {
+            return std::int64_t{q.x - p.x} * (r.y - q.y) - std::int64_t{q.y - p.y} * (r.x - q.x);
+        };
+        if (turn(c, a, d) >= 0 || turn(d, b, c) >= 0) continue;
+        detail::flip(t, h);
+        --flips_left;
+        for (std::size_t side : {h, h2, m, m2}) stack.push_back(static_cast<std::int32_t>(side));
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/detail/boundary_walk.hpp
+// Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
+// from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
+// its boundary.
+
+namespace ldi::detail {
+
+constexpr int clockwise(int s) { return (s + 1) & 3; }
+constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
+constexpr int across(int s) { return (s + 2) & 3; }
+constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << s); }
+constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
+constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
+
+/// K bytes: bit s is set where side s of the pixel has no neighbour in the same chart. Pixels stand in canonical order.
+inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+    constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    std::vector<std::uint8_t> sides(g.size(), up | right | down | left);
+    const std::int32_t* const chart = chart_of.data();
+    const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
+    std::uint8_t* const bits = sides.data();
+    const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
+    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches go without a branch a
+    // pixel.
+    constexpr std::int32_t stretch = 16;
+    std::int32_t i = 0;
+    while (i < count) {
+        const std::int32_t below = g_down[i], here = chart[i];
+        std::int32_t end = count;
+        if (i + stretch < count) {
+            end = i + stretch;
+            if (below >= 0 && below + stretch <= count) {
+                std::int32_t difference = 0;
+                for (std::int32_t k = 0; k < stretch; ++k)
+                    difference |= (chart[i + k + 1] ^ here) | (chart[below + k] ^ here) | (g_right[i + k] ^ (i + k + 1)) |
+                                  (g_down[i + k] ^ (below + k));
+                if (difference == 0) {
+                    for (std::int32_t k = 0; k < stretch; ++k) clear(bits[i + k], right | down);
+                    for (std::int32_t k = 1; k <= stretch; ++k) clear(bits[i + k], left);
+                    for (std::int32_t k = 0; k < stretch; ++k) clear(bits[below + k], up);
+                    i = end;
+                    continue;
+                }
+            }
+        }
+        for (; i < end; ++i) {
+            const std::int32_t r = g_right[i], d = g_down[i];
+            if (r != no_pixel) {
+                if (r != i + 1)
+                    raise(error_code::mismatch, "mesh", "pixels in canonical order",
+                          "pixel " + std::to_string(i) + " whose right neighbour is not the next pixel");
+                if (chart[r] == chart[i]) clear(bits[i], right), clear(bits[r], left);
+            }
+            if (d != no_pixel && chart[d] == chart[i]) clear(bits[i], down), clear(bits[d], up);
+        }
+    }
+    return sides;
+}
+
+/// One side of one pixel: a step of a boundary.
+struct pixel_side {
+    std::int32_t pixel;
+    int side;
+    friend bool operator==(const pixel_side&, const pixel_side&) = default;
+};
+
+/// One corner of one pixel, from which others can be reached around the same point of the lattice.
+struct pixel_corner {
+    std::int32_t pixel;
+    int corner;
+    friend bool operator==(const pixel_corner&, const pixel_corner&) = default;
+};
+
+/// Moves over a graph whose boundary sides are marked.
+class boundary_walker {
+public:
+    boundary_walker(const graph& g, const std::vector<std::uint8_t>& sides)
+        : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
+
+    std::int32_t neighbour(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
+    pixel_side twin(pixel_side e) const { return {neighbour(e.pixel, e.side), across(e.side)}; }
+
+    /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
+    template <class Visitor>
+    pixel_side next(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = clockwise(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbour(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = counter_clockwise(e.side);
+        }
+        return e;
+    }
+    pixel_side next(pixel_side e) const {
+        return next(e, [](std::int32_t) {});
+    }
+
+    /// The boundary side that comes before `e`.
+    template <class Visitor>
+    pixel_side previous(pixel_side e, Visitor&& visit) const {
+        visit(e.pixel);
+        e.side = counter_clockwise(e.side);
+        while (!is_boundary(e.pixel, e.side)) {
+            e.pixel = neighbour(e.pixel, e.side);
+            visit(e.pixel);
+            e.side = clockwise(e.side);
+        }
+        return e;
+    }
+
+    /// Corners of linked pixels at one point of the lattice are the same corner, across charts too. Visits the pixels of that
+    /// class in an order that does not depend on `c`, and returns the first of them, by which the class is known.
+    template <class Visitor>
+    pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
+        pixel_corner first = c, smallest = c;
+        while (true) {  // links around a point make a path or a ring
+            const std::int32_t n = neighbour(first.pixel, first.corner);
+            if (n == no_pixel) break;
+            first = {n, counter_clockwise(first.corner)};
+            if (first.pixel < smallest.pixel) smallest = first;
+            if (first == c) {
+                first = smallest;
+                break;
+            }
+        }
+        pixel_corner at = first;
+        do {
+            visit(at.pixel);
+            const std::int32_t n = neighbour(at.pixel, counter_clockwise(at.corner));
+            if (n == no_pixel) break;
+            at = {n, clockwise(at.corner)};
+        } while (!(at == first));
+        return first;
+    }
+
+private:
+    const std::uint8_t* sides_;
+    std::array<const std::int32_t*, 4> links_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/outlines.hpp
+// The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
+// "meshing" a), cut into pieces that neighbouring charts share.
+
+namespace ldi {
+
+/// What lies beyond a silhouette or the border of the photo.
+inline constexpr std::int32_t no_chart = -1;
+
+/// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
+struct outline_corner {
+    std::int32_t x, y;  ///< lattice point; pixel (x, y) has it as its top left corner
+    float disparity;    ///< the average over the pixels that share the corner
+};
+
+/// A stretch of boundary along which one chart lies on the right and one chart, or none, on the left. Pieces end where three or
+/// more charts meet, where silhouettes begin or end, at the corners of the photo and where an outline reaches its border.
+struct boundary_piece {
+    std::int32_t right_chart;  ///< the chart on the right hand
+    std::int32_t left_chart;   ///< the chart on the left hand, or no_chart
+    std::int32_t start, end;   ///< indices of corners; equal if the piece is a closed loop
+    std::int32_t first_inner;  ///< the corners in between are corners[first_inner .. first_inner + inner_count)
+    std::int32_t inner_count;
+};
+
+/// One piece as a chart's outline runs through it: forward for the chart on its right, backward for the chart on its left.
+struct outline_step {
+    std::int32_t piece;
+    bool reversed;
+};
+
+/// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
+/// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
+struct chart_outlines {
+    std::vector<outline_corner> corners;
+    std::vector<boundary_piece> pieces;
+    std::vector<outline_step> steps;           ///< loop by loop
+    std::vector<std::int32_t> first_step;      ///< loop l has steps [first_step[l], first_step[l + 1])
+    std::vector<std::int32_t> first_loop;      ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    std::vector<std::uint8_t> boundary_sides;  ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+};
+
+/// Traces the outlines of all charts.
+///
+/// g          in canonical order (raises mismatch if not)
+/// disparity  K values
+/// charts     a partition of the pixels; no two pixels of a chart lie at one position
+chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+
+namespace detail {
+
+/// Finds the pieces one by one, from either side, then strings them together to loops.
+class outline_tracer {
+public:
+    outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
+        : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
+
+    void trace_pieces() {
+        std::vector<std::uint8_t>& sides = result_.boundary_sides;
+        std::vector<std::int32_t> boundary_pixels;
+        boundary_pixels.reserve(sides.size() / 16);
+        for (std::size_t i = 0; i < sides.size(); ++i) {
+            if (sides[i] == 0) continue;
+            boundary_pixels.push_back(static_cast<std::int32_t>(i));
+        }
+        result_.corners.reserve(boundary_pixels.size());
+        for (std::int32_t pixel : boundary_pixels)
+            for (int s = 0; s < 4; ++s)
+                if (walk_.is_boundary(pixel, s) && !is_traced({pixel, s})) trace_piece({pixel, s});
+        for (std::int32_t pixel : boundary_pixels) sides[static_cast<std::size_t>(pixel)] &= 0x0F;
+    }
+
+    void unite_junctions() {
+        std::sort(junctions_.begin(), junctions_.end(),
+                  [](const junction& a, const junction& b) { return a.key != b.key ? a.key < b.key : a.slot < b.slot; });
+        for (std::size_t j = 0; j < junctions_.size(); ++j) {
+            if (j == 0 || junctions_[j].key != junctions_[j - 1].key) result_.corners.push_back(junctions_[j].corner);
+            const std::int32_t id = static_cast<std::int32_t>(result_.corners.size()) - 1;
+            boundary_piece& piece = result_.pieces[junctions_[j].slot / 2];
+            (junctions_[j].slot % 2 == 0 ? piece.start : piece.end) = id;
+        }
+    }
+
+    void assemble_loops(std::size_t chart_count) {
+        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        std::vector<std::pair<std::int64_t, std::int32_t>> first_sides;
+        first_sides.reserve(2 * ends_.size());
+        for (std::size_t p = 0; p < ends_.size(); ++p) {
+            const std::int32_t half = static_cast<std::int32_t>(2 * p);
+            first_sides.emplace_back(key(ends_[p].first), half);
+            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), half + 1);
+        }
+        std::sort(first_sides.begin(), first_sides.end());
+        const auto successor = [&](std::int32_t half) {
+            const piece_ends& e = ends_[static_cast<std::size_t>(half / 2)];
+            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
+            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
+        };
+
+        struct loop {
+            std::int32_t chart, first, count;
+        };
+        std::vector<loop> loops;
+        std::vector<outline_step> steps;
+        std::vector<std::uint8_t> used(2 * ends_.size(), 0);
+        for (const auto& [side, first_half] : first_sides) {
+            if (used[static_cast<std::size_t>(first_half)]) continue;
+            const boundary_piece& piece = result_.pieces[static_cast<std::size_t>(first_half / 2)];
+            loops.push_back(
+                {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
+            std::int32_t half = first_half;
+            do {
+                used[static_cast<std::size_t>(half)] = 1;
+                steps.push_back({half / 2, half % 2 != 0});
+                half = successor(half);
+            } while (half != first_half);
+            loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
+        }
+
+        std::stable_sort(loops.begin(), loops.end(), [](const loop& a, const loop& b) { return a.chart < b.chart; });
+        result_.first_loop.assign(chart_count + 1, 0);
+        result_.steps.reserve(steps.size());
+        for (const loop& l : loops) {
+            result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+            result_.steps.insert(result_.steps.end(), steps.begin() + l.first, steps.begin() + l.first + l.count);
+            ++result_.first_loop[static_cast<std::size_t>(l.chart) + 1];
+        }
+        result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+        for (std::size_t c = 0; c < chart_count; ++c) result_.first_loop[c + 1] += result_.first_loop[c];
+    }
+
+private:
+    struct piece_ends {
+        pixel_side first, last;  // seen from the chart on the right
+    };
+    struct junction {
+        std::int64_t key;
+        std::size_t slot;  // 2 * piece for its start, 2 * piece + 1 for its end
+        outline_corner corner;
+    };
+    struct running_mean {
+        float sum = 0, count = 0;
+    };
+
+    static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
+    bool is_traced(pixel_side e) const {
+        return (result_.boundary_sides[static_cast<std::size_t>(e.pixel)] & (side_bit(e.side) << 4)) != 0;
+    }
+    void set_traced(pixel_side e) {
+        std::uint8_t& byte = result_.boundary_sides[static_cast<std::size_t>(e.pixel)];
+        byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
+    }
+
+    /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
+    /// apart.
+    std::int32_t partner(pixel_side e) const {
+        const std::int32_t n = walk_.neighbour(e.pixel, e.side);
+        if (n != no_pixel) return chart_of_[static_cast<std::size_t>(n)];
+        const std::size_t i = static_cast<std::size_t>(e.pixel);
+        const bool on_border = e.side == 0   ? g_.y[i] == 0
+                               : e.side == 1 ? g_.x[i] == g_.width - 1
+                               : e.side == 2 ? g_.y[i] == g_.height - 1
+                                             : g_.x[i] == 0;
+        return on_border ? -2 - e.side : no_chart;
+    }
+
+    void trace_piece(pixel_side seed) {
+        const std::int32_t other = partner(seed);
+        const std::size_t seed_pixel = static_cast<std::size_t>(seed.pixel);
+        const auto corner_x = [&](int corner) { return g_.x[seed_pixel] + (corner == 1 || corner == 2 ? 1 : 0); };
+        const auto corner_y = [&](int corner) { return g_.y[seed_pixel] + (corner >= 2 ? 1 : 0); };
+        const auto mark = [&](pixel_side e) {
+            set_traced(e);
+            if (other >= 0) set_traced(walk_.twin(e));
+        };
+        running_mean mean;
+        const auto visit = [&](std::int32_t pixel) {
+            mean.sum += disparity_[static_cast<std::size_t>(pixel)];
+            mean.count += 1.0F;
+        };
+
+        forward_.clear(), backward_.clear();
+        bool closed = false;
+        pixel_side last = seed;
+        std::int32_t x = corner_x(clockwise(seed.side)), y = corner_y(clockwise(seed.side));
+        while (true) {
+            mark(last);
+            mean = {};
+            const pixel_side following = walk_.next(last, visit);
+            if (partner(following) != other) break;
+            // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
+            if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
+            forward_.push_back({x, y, mean.sum / mean.count});
+            last = following;
+            if (last == seed) {
+                closed = true;
+                break;
+            }
+            x += heading_x(last.side), y += heading_y(last.side);
+        }
+        pixel_side first = seed;
+        x = corner_x(seed.side), y = corner_y(seed.side);
+        while (!closed) {
+            mean = {};
+            const pixel_side preceding = walk_.previous(first, visit);
+            if (partner(preceding) != other) break;
+            if (other >= 0 && !(walk_.next(walk_.twin(first), visit) == walk_.twin(preceding))) break;
+            backward_.push_back({x, y, mean.sum / mean.count});
+            first = preceding;
+            mark(first);
+            x -= heading_x(first.side), y -= heading_y(first.side);
+        }
+        add_piece(seed, first, closed ? walk_.previous(seed, [](std::int32_t) {}) : last, other, closed);
+    }
+
+    void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
+        std::vector<outline_corner>& corners = result_.corners;
+        boundary_piece piece{chart_of_[static_cast<std::size_t>(seed.pixel)], other < 0 ? no_chart : other, 0, 0, 0, 0};
+        piece.first_inner = static_cast<std::int32_t>(corners.size());
+        corners.insert(corners.end(), backward_.rbegin(), backward_.rend());
+        corners.insert(corners.end(), forward_.begin(), forward_.end());
+        const std::size_t index = result_.pieces.size();
+        piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
+        if (closed) {
+            piece.start = piece.end = static_cast<std::int32_t>(corners.size()) - 1;
+        } else {
+            add_junction(first.pixel, first.side, 2 * index);
+            add_junction(last.pixel, clockwise(last.side), 2 * index + 1);
+        }
+        result_.pieces.push_back(piece);
+        ends_.push_back({first, last});
+    }
+
+    void add_junction(std::int32_t pixel, int corner, std::size_t slot) {
+        running_mean mean;
+        const pixel_corner first = walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) {
+            mean.sum += disparity_[static_cast<std::size_t>(member)];
+            mean.count += 1.0F;
+        });
+        const std::size_t i = static_cast<std::size_t>(pixel);
+        const std::int32_t x = g_.x[i] + (corner == 1 || corner == 2 ? 1 : 0), y = g_.y[i] + (corner >= 2 ? 1 : 0);
+        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, {x, y, mean.sum / mean.count}});
+    }
+
+    const graph& g_;
+    std::span<const float> disparity_;
+    const std::vector<std::int32_t>& chart_of_;
+    chart_outlines& result_;
+    boundary_walker walk_;
+    std::vector<piece_ends> ends_;
+    std::vector<junction> junctions_;
+    std::vector<outline_corner> forward_, backward_;
+};
+
+}  // namespace detail
+
+inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+    LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
+    chart_outlines result;
+    result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
+    detail::outline_tracer tracer(g, disparity, charts, result);
+    tracer.trace_pieces();
+    tracer.unite_junctions();
+    tracer.assemble_loops(charts.charts.size());
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/simplify.hpp
+// Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
+// charts share is simplified once, so both have the same vertices along it and fit together without cracks.
+
+namespace ldi {
+
+struct simplify_options {
+    /// How far, in pixels, a corner may lie from the simplified boundary. 0 only drops corners inside straight stretches.
+    float tolerance = 1.0F;
+    /// How far the disparity of a corner may be from that of the simplified boundary: a shared boundary bends where its surface
+    /// does.
+    float disparity_tolerance = 0.004F;
+};
+
+/// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
+struct boundary_edge {
+    std::int32_t piece, index;
+    friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
+        return a.piece != b.piece ? a.piece < b.piece : a.index < b.index;
+    }
+    friend bool operator==(const boundary_edge&, const boundary_edge&) = default;
+};
+
+/// What is left of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
+/// split where a simplified outline would cross itself.
+class simplified_boundary {
+public:
+    /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
+    simplified_boundary(const chart_outlines& outlines, const simplify_options& options);
+
+    std::span<const std::int32_t> corners(std::int32_t piece) const {
+        const range& r = ranges_[static_cast<std::size_t>(piece)];
+        return {kept_.data() + r.first, r.count};
+    }
+
+    /// Whether an edge leaves out a corner.
+    bool can_split(boundary_edge edge) const;
+
+    /// Splits edges, all at once, at the corner farthest from each. `edges` are sorted, different, and can be split.
+    void split(std::span<const boundary_edge> edges);
+
+private:
+    struct range {
+        std::size_t first, count;
+    };
+
+    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[static_cast<std::size_t>(id)]; }
+    /// The corners strictly between two neighbours among those that are left, as a range of indices.
+    std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
+
+    const chart_outlines& outlines_;
+    std::vector<std::int32_t> kept_;
+    std::vector<range> ranges_;
+};
+
+namespace detail {
+
+/// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
+/// the tolerance, or that of its disparity in units of the other, whichever is larger.
+inline void douglas_peucker(std::span<const outline_corner> points, float tolerance, float disparity_tolerance,
+                            std::vector<std::uint8_t>& keep, std::vector<std::pair<std::int32_t, std::int32_t>>& stack) {
+    keep.assign(points.size(), 0);
+    keep.front() = keep.back() = 1;
+    // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
+    const float inverse_tolerance = 1.0F / std::max(tolerance, 1e-3F);
+    const float inverse_disparity_tolerance = 1.0F / std::max(disparity_tolerance, 1e-6F);
+    stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
+    while (!stack.empty()) {
+        const auto [first, last] = stack.back();
+        stack.pop_back();
+        if (last - first < 2) continue;
+        const outline_corner a = points[static_cast<std::size_t>(first)], b = points[static_cast<std::size_t>(last)];
+        const float dx = static_cast<float>(b.x - a.x), dy = static_cast<float>(b.y - a.y), dd = b.disparity - a.disparity;
+        const float squared_length = dx * dx + dy * dy;
+        const float inverse_length = squared_length > 0 ? 1.0F / squared_length : 0.0F;
+        float worst = 1.0F;
+        std::int32_t split = -1;
+        for (std::int32_t i = first + 1; i < last; ++i) {
+            const outline_corner& p = points[static_cast<std::size_t>(i)];
+            const float px = static_cast<float>(p.x - a.x), py = static_cast<float>(p.y - a.y);
+            const float along = std::clamp((px * dx + py * dy) * inverse_length, 0.0F, 1.0F);
+            const float ex = (px - along * dx) * inverse_tolerance, ey = (py - along * dy) * inverse_tolerance;
+            const float ed = (p.disparity - a.disparity - along * dd) * inverse_disparity_tolerance;
+            const float error = std::max(ex * ex + ey * ey, ed * ed);
+            if (error > worst) worst = error, split = i;
+        }
+        if (split < 0) continue;
+        keep[static_cast<std::size_t>(split)] = 1;
+        stack.emplace_back(first, split);
+        stack.emplace_back(split, last);
+    }
+}
+
+}  // namespace detail
+
+inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, const simplify_options& options)
+    : outlines_(outlines) {
+    if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0))
+        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0",
+              std::to_string(options.tolerance) + " and " + std::to_string(options.disparity_tolerance));
+    std::vector<outline_corner> points;
+    std::vector<std::uint8_t> keep;
+    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    ranges_.reserve(outlines.pieces.size());
+    for (const boundary_piece& p : outlines.pieces) {
+        const auto inner = outlines.corners.begin() + p.first_inner;
+        points.assign(1, corner(p.start));
+        points.insert(points.end(), inner, inner + p.inner_count);
+        points.push_back(corner(p.end));
+        detail::douglas_peucker(points, options.tolerance, options.disparity_tolerance, keep, stack);
+        const std::size_t first = kept_.size();
+        kept_.push_back(p.start);
+        for (std::int32_t i = 0; i < p.inner_count; ++i)
+            if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
+        kept_.push_back(p.end);
+        ranges_.push_back({first, kept_.size() - first});
+    }
+}
+
+inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
+    const boundary_piece& p = outlines_.pieces[static_cast<std::size_t>(edge.piece)];
+    const std::span<const std::int32_t> kept = corners(edge.piece);
+    const std::size_t i = static_cast<std::size_t>(edge.index);
+    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
+}
+
+inline bool simplified_boundary::can_split(boundary_edge edge) const {
+    const auto [first, last] = left_out(edge);
+    return first < last;
+}
+
+inline void simplified_boundary::split(std::span<const boundary_edge> edges) {
+    for (std::size_t e = 0; e < edges.size();) {
+        const std::int32_t piece = edges[e].piece;
+        const std::size_t first_kept = kept_.size(), count = corners(piece).size();
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::int32_t from = corners(piece)[i];
+            kept_.push_back(from);
+            if (e == edges.size() || edges[e] != boundary_edge{piece, static_cast<std::int32_t>(i)}) continue;
+            const auto [first, last] = left_out(edges[e]);
+            const outline_corner &a = corner(from), &b = corner(corners(piece)[i + 1]);
+            const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+            // Corners on the edge itself are all equally far; then the middle one is as good as any.
+            std::int32_t farthest = first + (last - first) / 2;
+            std::int64_t distance = 0;
+            for (std::int32_t c = first; c < last; ++c) {
+                const std::int64_t px = corner(c).x - a.x, py = corner(c).y - a.y;
+                const std::int64_t d = dx == 0 && dy == 0 ? px * px + py * py : std::abs(dx * py - dy * px);
+                if (d > distance) distance = d, farthest = c;
+            }
+            kept_.push_back(farthest);
+            ++e;
+        }
+        ranges_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept};
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/studs.hpp
+// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
+//
+// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and constrain the triangulation.
+// Two things differ. Their vertices are not evenly spaced but lie where disparity bends along the stud: evenly spaced ones cost
+// about four times the error at the same number of triangles. And no vertex lies near the outline; the sweep that triangulates
+// (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so no outline needs extra vertices.
+
+namespace ldi {
+
+struct stud_options {
+    /// The distance between studs, in pixels, that is aimed at; at least 1.
+    std::int32_t spacing = 24;
+    /// How far the disparity of a stud may be from that of its column.
+    float disparity_tolerance = 0.004F;
+    /// No vertex of a stud has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified
+    /// outlines. More than the tolerance of the outline; at most 64.
+    std::int32_t clearance = 4;
+};
+
+/// Studs of all charts.
+struct stud_set {
+    std::vector<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
+    std::vector<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1])
+    std::vector<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
+};
+
+/// boundary_sides  of chart_outlines: K bytes, bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
+                           std::span<const std::uint8_t> boundary_sides, const stud_options& options);
+
+namespace detail {
+
+/// Columns of disparity where studs can stand. Column k of a chart has a sample a row of its bounding box.
+struct stud_columns {
+    enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
+
+    struct chart_columns {
+        std::int32_t count = 0, height = 0;
+        std::size_t first_sample = 0;
+    };
+    std::vector<chart_columns> charts;
+    std::vector<float> samples;
+    std::vector<std::uint8_t> present;
+
+    static std::int32_t position(const chart& c, std::int32_t count, std::int32_t column) {
+        return c.x + (column + 1) * c.width / (count + 1);
+    }
+};
+
+inline stud_columns sample_stud_columns(const graph& g, std::span<const float> disparity, const chart_set& charts,
+                                        std::span<const std::uint8_t> boundary_sides, const stud_options& options) {
+    stud_columns columns;
+    columns.charts.resize(charts.charts.size());
+    std::size_t total = 0;
+    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
+        const chart& shape = charts.charts[c];
+        const std::int32_t count = std::max((shape.width + options.spacing / 2) / options.spacing - 1, 0);
+        columns.charts[c] = {count, shape.height, total};
+        total += static_cast<std::size_t>(count) * static_cast<std::size_t>(shape.height);
+    }
+    columns.samples.resize(total);
+    columns.present.assign(total, stud_columns::absent);
+
+    const std::int32_t count = static_cast<std::int32_t>(g.size()), clearance = options.clearance;
+    for (std::int32_t begin = 0, end = 0; begin < count; begin = end) {
+        // A row of one chart: pixels begin to end - 1.
+        end = begin;
+        while ((boundary_sides[static_cast<std::size_t>(end)] & 2U) == 0) ++end;
+        ++end;
+        if (end - begin < 2 * clearance) continue;
+        const std::size_t c = static_cast<std::size_t>(charts.chart_of[static_cast<std::size_t>(begin)]);
+        const stud_columns::chart_columns& target = columns.charts[c];
+        if (target.count == 0) continue;
+        const chart& shape = charts.charts[c];
+        const std::int32_t x = g.x[static_cast<std::size_t>(begin)], y = g.y[static_cast<std::size_t>(begin)];
+        const std::int32_t x_first = x + clearance, x_last = x + (end - begin) - clearance;
+        std::int32_t k = std::max((x_first - shape.x) * (target.count + 1) / shape.width - 1, 0);
+        for (; k < target.count; ++k) {
+            const std::int32_t at = stud_columns::position(shape, target.count, k);
+            if (at < x_first) continue;
+            if (at > x_last) break;
+            const std::size_t pixel = static_cast<std::size_t>(begin + at - x);
+            std::uint8_t sides = 0;
+            for (std::size_t i = pixel - static_cast<std::size_t>(clearance); i < pixel + static_cast<std::size_t>(clearance);
+                 ++i)
+                sides |= boundary_sides[i];
+            const std::size_t sample = target.first_sample +
+                                       static_cast<std::size_t>(k) * static_cast<std::size_t>(target.height) +
+                                       static_cast<std::size_t>(y - shape.y);
+            columns.samples[sample] = 0.5F * (disparity[pixel - 1] + disparity[pixel]);
+            columns.present[sample] = (sides & 1U) != 0 ? stud_columns::begun : stud_columns::continued;
+        }
+    }
+    return columns;
+}
+
+}  // namespace detail
+
+inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
+                           std::span<const std::uint8_t> boundary_sides, const stud_options& options) {
+    if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0))
+        raise(error_code::invalid_option, "stud_options", "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0",
+              std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
+                  std::to_string(options.disparity_tolerance));
+    const detail::stud_columns columns = detail::sample_stud_columns(g, disparity, charts, boundary_sides, options);
+    stud_set result;
+    result.first_vertex.push_back(0), result.first_stud.push_back(0);
+    std::vector<outline_corner> profile;
+    std::vector<std::uint8_t> keep;
+    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
+        const chart& shape = charts.charts[c];
+        const detail::stud_columns::chart_columns& source = columns.charts[c];
+        for (std::int32_t k = 0; k < source.count; ++k) {
+            const std::size_t first = source.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(source.height);
+            const float* const samples = columns.samples.data() + first;
+            const std::uint8_t* const present = columns.present.data() + first;
+            const std::int32_t x = detail::stud_columns::position(shape, source.count, k);
+            for (std::int32_t begin = 0, end = 0; begin < source.height; begin = end) {
+                end = begin + 1;
+                if (present[begin] == detail::stud_columns::absent) continue;
+                while (end < source.height && present[end] == detail::stud_columns::continued) ++end;
+                if (end - begin < 2 * options.clearance) continue;
+                // Corners lie between rows; the first and last one, near the outline, only serve to measure the others.
+                profile.assign(1, {x, shape.y + begin, samples[begin]});
+                for (std::int32_t row = begin + 1; row < end; ++row)
+                    profile.push_back({x, shape.y + row, 0.5F * (samples[row - 1] + samples[row])});
+                profile.push_back({x, shape.y + end, samples[end - 1]});
+                detail::douglas_peucker(profile, 1.0F, options.disparity_tolerance, keep, stack);
+                for (std::int32_t i = options.clearance; i + options.clearance <= end - begin; ++i)
+                    if (keep[static_cast<std::size_t>(i)] != 0) result.vertices.push_back(profile[static_cast<std::size_t>(i)]);
+                if (static_cast<std::int32_t>(result.vertices.size()) > result.first_vertex.back())
+                    result.first_vertex.push_back(static_cast<std::int32_t>(result.vertices.size()));
+            }
+        }
+        result.first_stud.push_back(static_cast<std::int32_t>(result.first_vertex.size()) - 1);
+    }
+    return result;
+}
 
 }  // namespace ldi
 
@@ -1792,6 +5573,241 @@ struct textured_mesh {
 
 }  // namespace ldi
 
+// ---- ldi/mesh/build_mesh.hpp
+// From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
+// every vertex is lifted along its ray according to its disparity.
+
+namespace ldi {
+
+struct mesh_options {
+    simplify_options outlines;
+    stud_options studs;
+};
+
+/// The triangles of one chart, in the plane of the photo.
+struct chart_mesh {
+    std::vector<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
+    std::int32_t stud_vertex_count = 0;
+    std::vector<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+};
+
+/// Everything up to lifting, for those who want to look at or test the steps.
+struct flat_mesh {
+    chart_outlines outlines;
+    stud_set studs;
+    std::vector<chart_mesh> charts;
+};
+
+/// Triangulates every chart in the plane. Arguments as for build_mesh.
+template <executor Executor>
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
+                          Executor& threads);
+
+/// Makes the mesh of a layered image.
+///
+/// g           in canonical order
+/// disparity   K values; clamped to [0, 1]
+/// charts      a partition of the pixels (make_charts)
+/// placements  where each chart lies in the atlas, which has atlas_width x atlas_height texels
+/// camera      that took the photo; its width and height are those of g
+/// Raises invalid_option, and mismatch where inputs don't fit together.
+///
+/// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
+/// position, bit for bit, and the same edges between them.
+template <executor Executor>
+textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts,
+                         std::span<const chart_placement> placements, std::int32_t atlas_width, std::int32_t atlas_height,
+                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options,
+                         Executor&& threads) {
+    if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
+        raise(error_code::mismatch, "build_mesh",
+              "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
+                  std::to_string(charts.charts.size()) + " placements",
+              std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    const flat_mesh flat = build_flat_mesh(g, disparity, charts, options, threads);
+
+    std::size_t vertex_count = 0, index_count = 0;
+    for (const chart_mesh& c : flat.charts) {
+        vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
+        index_count += c.triangles.size();
+    }
+    textured_mesh mesh;
+    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
+        mesh.triangles.reserve(index_count);
+    const float u_scale = 1.0F / static_cast<float>(atlas_width), v_scale = 1.0F / static_cast<float>(atlas_height);
+    // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    std::vector<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
+    for (std::size_t c = 0; c < flat.charts.size(); ++c) {
+        const chart_mesh& source = flat.charts[c];
+        const chart& shape = charts.charts[c];
+        const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh.vertex_count());
+        const auto add_position = [&](const outline_corner& corner) {
+            const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
+            const std::array<float, 3> point =
+                camera.unproject(static_cast<float>(corner.x), static_cast<float>(corner.y), range.depth(d));
+            mesh.positions.insert(mesh.positions.end(), point.begin(), point.end());
+        };
+        const auto add_texture_coordinate = [&](const outline_corner& corner) {
+            mesh.texture_coordinates.push_back(static_cast<float>(corner.x - shape.x + placements[c].x) * u_scale);
+            mesh.texture_coordinates.push_back(static_cast<float>(corner.y - shape.y + placements[c].y) * v_scale);
+        };
+        for (std::int32_t id : source.outline) {
+            const outline_corner& corner = flat.outlines.corners[static_cast<std::size_t>(id)];
+            std::int32_t& lifted = vertex_of_corner[static_cast<std::size_t>(id)];
+            if (lifted < 0) {
+                lifted = static_cast<std::int32_t>(mesh.vertex_count());
+                add_position(corner);
+            } else {
+                for (std::size_t i = 0; i < 3; ++i)
+                    mesh.positions.push_back(mesh.positions[3 * static_cast<std::size_t>(lifted) + i]);
+            }
+            add_texture_coordinate(corner);
+        }
+        for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
+            const outline_corner& corner = flat.studs.vertices[static_cast<std::size_t>(source.first_stud_vertex + i)];
+            add_position(corner);
+            add_texture_coordinate(corner);
+        }
+        for (std::uint32_t index : source.triangles) mesh.triangles.push_back(first_vertex + index);
+    }
+    return mesh;
+}
+
+namespace detail {
+
+/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
+struct chart_polygon {
+    polygon shape;
+    std::vector<std::int32_t> corners;
+    std::vector<boundary_edge> edges;
+
+    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
+        shape.clear(), corners.clear(), edges.clear();
+        const auto add = [&](const outline_corner& corner) {
+            shape.points.push_back({corner.x - box.x, corner.y - box.y});
+            shape.next.push_back(static_cast<std::int32_t>(shape.points.size()));
+        };
+        const chart_outlines& outlines = flat.outlines;
+        for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
+            const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
+            for (std::int32_t s = outlines.first_step[static_cast<std::size_t>(l)];
+                 s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+                const outline_step step = outlines.steps[static_cast<std::size_t>(s)];
+                const std::span<const std::int32_t> kept = boundary.corners(step.piece);
+                const std::size_t last = kept.size() - 1;
+                for (std::size_t i = 0; i < last; ++i) {
+                    const std::int32_t id = kept[step.reversed ? last - i : i];
+                    add(outlines.corners[static_cast<std::size_t>(id)]);
+                    corners.push_back(id);
+                    edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
+                }
+            }
+            shape.next.back() = loop_start;
+        }
+        shape.outline_count = static_cast<std::int32_t>(shape.points.size());
+        const stud_set& studs = flat.studs;
+        for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
+            const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
+            for (std::int32_t v = studs.first_vertex[static_cast<std::size_t>(s)]; v < end; ++v)
+                add(studs.vertices[static_cast<std::size_t>(v)]);
+            shape.next.back() = -1;
+        }
+    }
+};
+
+/// Triangulates one chart after the other.
+class chart_mesher {
+public:
+    /// Either sets flat.charts[c], and empties `to_split`, or says which edges of the boundary must be split first.
+    void operator()(flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t c,
+                    std::vector<boundary_edge>& to_split) {
+        to_split.clear();
+        outline_.assign(flat, boundary, box, c);
+        const auto blame = [&](std::int32_t v) {
+            if (v < 0 || v >= outline_.shape.outline_count) return;
+            const boundary_edge e = outline_.edges[static_cast<std::size_t>(v)];
+            if (boundary.can_split(e)) to_split.push_back(e);
+        };
+        find_crossings_(outline_.shape, blame);
+        if (!to_split.empty()) return;
+        if (const std::optional<polygon_conflict> conflict = triangulate_(outline_.shape, triangles_)) {
+            for (std::int32_t v : conflict->edges) blame(v);
+            // Where that is not enough the cause lies elsewhere in the chart.
+            for (std::int32_t v = 0; to_split.empty() && v < outline_.shape.outline_count; ++v) blame(v);
+            if (to_split.empty())
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                      "chart " + std::to_string(c) + ", whose outline crosses itself");
+            return;
+        }
+        flip_to_delaunay(outline_.shape.points, triangles_, stack_);
+        chart_mesh& result = flat.charts[c];
+        result.triangles = triangles_.triangles;
+        result.outline = outline_.corners;
+        const std::vector<std::int32_t>&first_vertex = flat.studs.first_vertex, &first_stud = flat.studs.first_stud;
+        result.first_stud_vertex = first_vertex[static_cast<std::size_t>(first_stud[c])];
+        result.stud_vertex_count = first_vertex[static_cast<std::size_t>(first_stud[c + 1])] - result.first_stud_vertex;
+    }
+
+private:
+    chart_polygon outline_;
+    crossing_finder find_crossings_;
+    triangulator triangulate_;
+    triangulation triangles_;
+    std::vector<std::int32_t> stack_;
+};
+
+}  // namespace detail
+
+template <executor Executor>
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
+                          Executor& threads) {
+    if (!(options.outlines.tolerance < static_cast<float>(options.studs.clearance)))
+        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
+              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    flat_mesh flat;
+    flat.outlines = trace_outlines(g, disparity, charts);
+    flat.studs = make_studs(g, disparity, charts, flat.outlines.boundary_sides, options.studs);
+    simplified_boundary boundary(flat.outlines, options.outlines);
+    const std::size_t count = charts.charts.size();
+    flat.charts.resize(count);
+
+    // Once simplified, an outline can cross itself. Then the edges in question are split and the charts on both sides of them
+    // done again. Detailed outlines never cross, so this ends. The triangulation proper finds only one place at a time; so
+    // crossings are looked for first.
+    std::vector<std::int32_t> open(count);
+    for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
+    std::vector<std::vector<boundary_edge>> to_split(count);
+    while (!open.empty()) {
+        parallel_for(threads, open.size(), 8, [&](std::size_t first, std::size_t last) {
+            detail::chart_mesher mesher;
+            for (std::size_t i = first; i < last; ++i) {
+                const std::size_t c = static_cast<std::size_t>(open[i]);
+                mesher(flat, boundary, charts.charts[c], c, to_split[c]);
+            }
+        });
+        std::vector<boundary_edge> edges;
+        for (std::int32_t c : open) {
+            const std::vector<boundary_edge>& from = to_split[static_cast<std::size_t>(c)];
+            edges.insert(edges.end(), from.begin(), from.end());
+        }
+        std::sort(edges.begin(), edges.end());
+        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+        boundary.split(edges);
+        open.clear();
+        for (const boundary_edge& e : edges) {
+            const boundary_piece& piece = flat.outlines.pieces[static_cast<std::size_t>(e.piece)];
+            open.push_back(piece.right_chart);
+            if (piece.left_chart != no_chart) open.push_back(piece.left_chart);
+        }
+        std::sort(open.begin(), open.end());
+        open.erase(std::unique(open.begin(), open.end()), open.end());
+    }
+    return flat;
+}
+
+}  // namespace ldi
+
 // ---- ldi/render/camera.hpp
 // Where a 3D photo is looked at from (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
 
@@ -1799,9 +5815,10 @@ namespace ldi {
 
 /// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
 struct view {
-    pinhole_camera camera;                                    ///< size of the picture, focal length
-    std::array<float, 3> position{0, 0, 0};                   ///< of the camera, in the photo's space
-    std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< 3 x 3, row-major, orthonormal: from the camera's axes to the photo's
+    pinhole_camera camera;                   ///< size of the picture, focal length
+    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
+    std::array<float, 9> rotation{1, 0, 0, 0, 1,
+                                  0, 0, 0, 1};  ///< 3 x 3, row-major, orthonormal: from the camera's axes to the photo's
 
     /// A direction given in the camera's axes, in the photo's.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
@@ -1826,6 +5843,511 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
     view result;
     result.camera = camera;
     result.position = {-pixels_right * scale, pixels_down * scale, 0};
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/render/detail/screen_triangles.hpp
+// Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
+// rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
+
+namespace ldi::detail {
+
+/// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
+inline constexpr std::int64_t subsample_steps = 256;
+
+/// Positions stay within this many samples of the optical axis, so that products of two differences fit 64 bits.
+inline constexpr double guard_band = 1048576;
+
+struct screen_vertex {
+    std::int64_t x = 0, y = 0;  ///< in 1 / subsample_steps of a sample; y down
+    double inverse_depth = 0;
+    double u = 0, v = 0;  ///< texture coordinates
+};
+
+using screen_triangle = std::array<screen_vertex, 3>;
+
+/// Twice the area; positive if the triangle runs clockwise as seen on the screen.
+inline std::int64_t signed_area(const screen_triangle& t) {
+    return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+}
+
+inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
+
+/// Calls span(y, first_x, last_x) for every row in [first_row, last_row) of which the triangle covers the samples [first_x,
+/// last_x), within [0, width). signed_area(t) > 0. A sample exactly on an edge belongs to the triangle on its right, or below.
+template <class Span>
+void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
+    constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
+    const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
+    first_row = std::max(first_row, floor_division(top - half, one));
+    last_row = std::min(last_row, floor_division(bottom - half, one) + 1);
+    for (std::int64_t y = first_row; y < last_row; ++y) {
+        std::int64_t first = 0, last = width;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
+            const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+            // Inside, dx (py - ay) - dy (px - ax) > 0, or = 0 on a left or top edge.
+            const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
+            const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
+            if (dy < 0)
+                first = std::max(first, -floor_division(at_zero, -dy * one));
+            else if (dy > 0)
+                last = std::min(last, floor_division(at_zero, dy * one) + 1);
+            else if (at_zero < 0)
+                last = first;
+        }
+        if (first < last) span(y, first, last);
+    }
+}
+
+/// A value that is affine on the screen.
+struct screen_plane {
+    double value, per_x, per_y;  ///< at the first vertex; change per sample
+
+    screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
+        const double x1 = static_cast<double>(t[1].x - t[0].x), y1 = static_cast<double>(t[1].y - t[0].y);
+        const double x2 = static_cast<double>(t[2].x - t[0].x), y2 = static_cast<double>(t[2].y - t[0].y);
+        const double scale = static_cast<double>(subsample_steps) / static_cast<double>(signed_area(t));
+        per_x = ((second - first) * y2 - (third - first) * y1) * scale;
+        per_y = ((third - first) * x1 - (second - first) * x2) * scale;
+    }
+    /// x, y  from the first vertex, in samples
+    double at(double x, double y) const { return value + per_x * x + per_y * y; }
+};
+
+/// A vertex before projection: in the camera's axes.
+struct camera_vertex {
+    std::array<double, 3> position;
+    double u, v;
+};
+
+/// Clips triangles to what can be projected safely and brings them to the screen.
+class projection {
+public:
+    projection(const view& from, std::int32_t samples, float z_near)
+        : from_(from),
+          samples_(samples),
+          z_near_(static_cast<double>(z_near)),
+          slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
+
+    /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
+    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, std::vector<screen_triangle>& result) const {
+        std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
+        std::size_t count = 3;
+        for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
+        for (int plane = 0; plane < 5; ++plane) count = clip(corners, count, plane);
+        for (std::size_t i = 2; i < count; ++i) {
+            screen_triangle t{to_screen(corners[0]), to_screen(corners[i - 1]), to_screen(corners[i])};
+            const std::int64_t area = signed_area(t);
+            if (area == 0 || (area > 0 && !both_sides)) continue;
+            if (area < 0) std::swap(t[1], t[2]);
+            result.push_back(t);
+        }
+    }
+
+private:
+    static camera_vertex interpolated(const camera_vertex& a, const camera_vertex& b, double t) {
+        camera_vertex result{{}, a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t};
+        for (std::size_t i = 0; i < 3; ++i) result.position[i] = a.position[i] + (b.position[i] - a.position[i]) * t;
+        return result;
+    }
+
+    camera_vertex to_camera(const textured_mesh& mesh, std::size_t vertex) const {
+        // In double precision, where no finite mesh overflows.
+        std::array<double, 3> moved{};
+        for (std::size_t i = 0; i < 3; ++i)
+            moved[i] = static_cast<double>(mesh.positions[3 * vertex + i]) - static_cast<double>(from_.position[i]);
+        std::array<double, 3> seen{};
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) seen[i] += static_cast<double>(from_.rotation[3 * j + i]) * moved[j];
+        return {seen, static_cast<double>(mesh.texture_coordinates[2 * vertex]),
+                static_cast<double>(mesh.texture_coordinates[2 * vertex + 1])};
+    }
+
+    /// How far inside the near plane, or one side of the guard band, a vertex lies.
+    double inside(const camera_vertex& v, int plane) const {
+        const double depth = -v.position[2];
+        switch (plane) {
+            case 0: return depth - z_near_;
+            case 1: return depth * slope_ + v.position[0];
+            case 2: return depth * slope_ - v.position[0];
+            case 3: return depth * slope_ + v.position[1];
+            default: return depth * slope_ - v.position[1];
+        }
+    }
+
+    /// An edge is cut going from its inner to its outer end, so that triangles on both sides of it are cut at the same point.
+    std::size_t clip(std::array<camera_vertex, 8>& corners, std::size_t count, int plane) const {
+        std::array<double, 8> distance{};
+        bool any_outside = false;
+        for (std::size_t i = 0; i < count; ++i) {
+            distance[i] = inside(corners[i], plane);
+            any_outside = any_outside || distance[i] < 0;
+        }
+        if (!any_outside) return count;
+        const std::array<camera_vertex, 8> before = corners;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t next = (i + 1) % count;
+            if (distance[i] >= 0) corners[kept++] = before[i];
+            if (distance[i] >= 0 && distance[next] < 0)
+                corners[kept++] = interpolated(before[i], before[next], distance[i] / (distance[i] - distance[next]));
+            else if (distance[i] < 0 && distance[next] >= 0)
+                corners[kept++] = interpolated(before[next], before[i], distance[next] / (distance[next] - distance[i]));
+        }
+        return kept;
+    }
+
+    screen_vertex to_screen(const camera_vertex& v) const {
+        const double inverse_depth = -1 / v.position[2];
+        const double scale = static_cast<double>(from_.camera.focal_length) * inverse_depth;
+        const double steps = static_cast<double>(subsample_steps) * samples_;
+        return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
+                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps), inverse_depth, v.u, v.v};
+    }
+
+    view from_;
+    std::int32_t samples_;
+    double z_near_, slope_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/render/rasterizer.hpp
+// A software rasteriser: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
+// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// pixels.
+
+namespace ldi {
+
+struct raster_options {
+    std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
+    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
+    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
+};
+
+struct rendering {
+    image<std::uint8_t> colour;    ///< H x W x 3: the mean of the pixel's samples
+    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+};
+
+/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins.
+///
+/// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
+/// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
+/// view (the larger side times samples may be 2^19).
+template <executor Executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options, Executor& threads);
+
+inline rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                           const raster_options& options = {}) {
+    serial_executor serial;
+    return rasterize(mesh, texture, from, options, serial);
+}
+
+namespace detail {
+
+inline void check_mesh(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates, 2 texture coordinates a vertex, 3 vertices a triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const std::vector<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+    if (channels(texture) != 3 || texture.size() == 0)
+        raise(
+            error_code::mismatch, "texture", "3 channels and at least one pixel",
+            std::to_string(height(texture)) + " x " + std::to_string(width(texture)) + " x " + std::to_string(channels(texture)));
+}
+
+inline void check_options(const view& from, const raster_options& options) {
+    if (options.samples < 1 || options.samples > 8)
+        raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", std::to_string(options.z_near));
+    const pinhole_camera& camera = from.camera;
+    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
+        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + std::to_string(camera.focal_length));
+    const std::int32_t limit = 524288 / options.samples;
+    if (camera.width > limit || camera.height > limit)
+        raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
+/// u, v  texture coordinates
+inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
+    const double last_x = static_cast<double>(width(texture) - 1), last_y = static_cast<double>(height(texture) - 1);
+    const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
+    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
+    const std::size_t x1 = std::min(x0 + 1, width(texture) - 1), y1 = std::min(y0 + 1, height(texture) - 1);
+    const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
+    const std::uint8_t *const upper = row(texture, y0), *const lower = row(texture, y1);
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
+        const float below = static_cast<float>(lower[3 * x0 + c]) * (1 - tx) + static_cast<float>(lower[3 * x1 + c]) * tx;
+        result[c] = static_cast<std::uint8_t>(above * (1 - ty) + below * ty + 0.5F);
+    }
+    return result;
+}
+
+/// The samples of a few rows of pixels.
+struct sample_band {
+    std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
+    std::vector<float> inverse_depth;                     ///< 0 where nothing is
+    std::vector<std::array<std::uint8_t, 3>> colour;
+
+    sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
+        : first_row(first), last_row(last), width(samples_across) {
+        inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
+        colour.assign(inverse_depth.size(), background);
+    }
+
+    void draw(const screen_triangle& t, const image<std::uint8_t>& texture) {
+        const screen_plane inverse(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth);
+        // Divided by depth, texture coordinates are affine on the screen too.
+        const screen_plane u(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth);
+        const screen_plane v(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth);
+        const double least = std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
+        const double most = std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
+        const double steps = static_cast<double>(subsample_steps);
+        const double x0 = static_cast<double>(t[0].x) / steps - 0.5, y0 = static_cast<double>(t[0].y) / steps - 0.5;
+        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+            const double dy = static_cast<double>(y) - y0;
+            std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
+            for (std::int64_t x = first; x < last; ++x, ++i) {
+                const double dx = static_cast<double>(x) - x0;
+                // Rounding in slivers must not leave the triangle's range of depths.
+                const double here = std::clamp(inverse.at(dx, dy), least, most);
+                if (static_cast<float>(here) <= inverse_depth[i]) continue;
+                inverse_depth[i] = static_cast<float>(here);
+                colour[i] = bilinear(texture, u.at(dx, dy) / here, v.at(dx, dy) / here);
+            }
+        });
+    }
+
+    void resolve(std::int32_t samples, rendering& result) const {
+        const std::size_t n = static_cast<std::size_t>(samples), across = static_cast<std::size_t>(width);
+        const std::size_t first_y = static_cast<std::size_t>(first_row) / n, last_y = static_cast<std::size_t>(last_row) / n;
+        for (std::size_t y = first_y; y < last_y; ++y)
+            for (std::size_t x = 0; x < across / n; ++x) {
+                std::array<std::size_t, 3> sum{};
+                std::size_t covered = 0;
+                float nearest = 0;
+                for (std::size_t j = 0; j < n; ++j)
+                    for (std::size_t i = 0; i < n; ++i) {
+                        const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
+                        for (std::size_t c = 0; c < 3; ++c) sum[c] += colour[sample][c];
+                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
+                        nearest = std::max(nearest, inverse_depth[sample]);
+                    }
+                for (std::size_t c = 0; c < 3; ++c)
+                    row(result.colour, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                row(result.depth, y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                row(result.coverage, y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+            }
+    }
+};
+
+/// Lists, for every band, the triangles that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+struct band_lists {
+    std::vector<std::size_t> start;
+    std::vector<std::size_t> list;
+
+    band_lists(const std::vector<screen_triangle>& triangles, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
+        const auto for_each_band = [&](const screen_triangle& t, auto&& visit) {
+            const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
+            const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
+            const std::int64_t first = std::max<std::int64_t>(floor_division(top, size), 0);
+            const std::int64_t last = std::min(floor_division(bottom, size), last_band);
+            for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
+        };
+        for (const screen_triangle& t : triangles) for_each_band(t, [&](std::size_t b) { ++start[b + 1]; });
+        for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
+        list.resize(start.back());
+        std::vector<std::size_t> next = start;
+        for (std::size_t i = 0; i < triangles.size(); ++i)
+            for_each_band(triangles[i], [&](std::size_t b) { list[next[b]++] = i; });
+    }
+};
+
+}  // namespace detail
+
+template <executor Executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options, Executor& threads) {
+    detail::check_mesh(mesh, texture);
+    detail::check_options(from, options);
+    std::vector<detail::screen_triangle> triangles;
+    triangles.reserve(mesh.triangle_count());
+    const detail::projection projection(from, options.samples, options.z_near);
+    for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
+
+    const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
+    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    // Bands are the same for any number of threads, and each is drawn by one thread in the order of the triangles.
+    const std::int64_t band_rows = 16 * options.samples;
+    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
+                       across = static_cast<std::int64_t>(w) * options.samples;
+    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
+    const detail::band_lists lists(triangles, bands, band_rows);
+    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t b = first; b < last; ++b) {
+            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
+            detail::sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) band.draw(triangles[lists.list[i]], texture);
+            band.resolve(options.samples, result);
+        }
+    });
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/photo3d.hpp
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and nothing else. Each
+// stage is a function of its own in the headers below; use those where you want only a part, or your own part in between.
+
+namespace ldi {
+
+/// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// any size, larger is nearer; `quantization_step()` is the ratio of neighbouring values of that map, 1 if it is not quantised.
+/// `tiefenrausch` is one, `given_disparity` another.
+template <class T>
+concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
+                                   const observer& watcher) {
+    { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
+    { t.quantization_step() } -> std::convertible_to<float>;
+};
+
+/// What gives colours to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the colour of every pixel whose
+/// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
+template <class T>
+concept colour_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
+    t.inpaint(layers, threads, watcher);
+};
+
+/// A disparity map that is there already, from a phone or a file.
+struct given_disparity {
+    image<float> map;  ///< h x w x 1, finite, larger is nearer
+
+    template <executor Executor>
+    image<float> disparity(const image<std::uint8_t>&, Executor&, const observer&) const {
+        return map;
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
+struct photo3d_options {
+    /// The photo is shrunk to this long side, in pixels, if it is larger.
+    std::size_t long_side = 1536;
+    /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
+    float focal_length_35mm = 26.0F;
+    /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
+    /// wide, before it is applied at the photo's.
+    int passes_before_resampling = 2;
+    normalize_options normalize;
+    resample_options resample;
+    weighted_median_options median;
+    middle_component_options components;
+    lift_options lift;
+    mixed_colour_options mixed_colours;
+    curve_options curves;
+    expand_options expand;
+    chart_options charts;
+    atlas_options atlas;
+    mesh_options mesh;
+};
+
+/// A 3D photo, and what every stage made on the way.
+struct photo3d {
+    image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
+    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;     ///< H x W x 1, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned
+    std::vector<discontinuity_curve> curves;
+    photo_layers layers;
+    chart_set charts;
+    texture_atlas atlas;
+    pinhole_camera camera;
+    depth_range range;
+    textured_mesh mesh;
+};
+
+/// photo    H x W x 3, at least one pixel
+/// watcher  is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+///          "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0
+///          and ends with 1
+template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
+photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
+                     const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+    photo3d result;
+    watcher.report("depth estimation", 0.0F);
+    normalize_options normalize_with = options.normalize;
+    normalize_with.relative_step =
+        std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
+    normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
+    result.estimated = std::move(normalized.disparity);
+    result.range = normalized.range;
+    const std::size_t longer = std::max(height(photo), width(photo)), long_side = std::min(longer, options.long_side);
+    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
+    result.photo = area_resize(photo, scaled(height(photo)), scaled(width(photo)), threads);
+    result.camera.height = static_cast<std::int32_t>(height(result.photo));
+    result.camera.width = static_cast<std::int32_t>(width(result.photo));
+    result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
+    watcher.report("depth estimation", 1.0F);
+
+    watcher.report("depth filter", 0.0F);
+    if (height(result.estimated) < height(result.photo)) {
+        image<float> sharpened = result.estimated;
+        for (int pass = 0; pass < options.passes_before_resampling; ++pass)
+            sharpened = weighted_median(sharpened, options.median, threads);
+        result.resampled = resample_to_photo(sharpened, result.photo, options.resample, threads);
+    } else {
+        result.resampled = resample_to_photo(result.estimated, result.photo, options.resample, threads);
+    }
+    result.disparity = weighted_median(result.resampled, options.median, threads);
+    watcher.report("depth filter", 1.0F);
+
+    watcher.report("connected components", 0.0F);
+    merge_middle_components(result.disparity, options.components);
+    watcher.report("connected components", 1.0F);
+
+    watcher.report("occluded geometry", 0.0F);
+    photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
+    mark_mixed_colours(lifted, options.mixed_colours);
+    result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
+    result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
+
+    watcher.report("colour inpainting", 0.0F);
+    inpainter.inpaint(result.layers, threads, watcher);
+    watcher.report("colour inpainting", 1.0F);
+
+    watcher.report("chart generation", 0.0F);
+    result.charts = make_charts(result.layers.topology, options.charts);
+    watcher.report("chart generation", 1.0F);
+
+    watcher.report("chart padding", 0.0F);
+    result.atlas = make_atlas(result.layers, result.charts, options.atlas, threads);
+    watcher.report("chart padding", 1.0F);
+
+    watcher.report("meshing", 0.0F);
+    result.mesh =
+        build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
+                   static_cast<std::int32_t>(width(result.atlas.colour)), static_cast<std::int32_t>(height(result.atlas.colour)),
+                   result.camera, result.range, options.mesh, threads);
+    watcher.report("meshing", 1.0F);
     return result;
 }
 
