@@ -78,7 +78,8 @@ public:
             observe(i, std::string_view(l.result.name), std::as_const(result));
             for (std::size_t t : l.last_uses) made[t] = {};
         }
-        return output_ == 0 ? input : std::move(made[output_]);
+        if (output_ == 0) return input;
+        return std::move(made[output_]);
     }
 
 private:
