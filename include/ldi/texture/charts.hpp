@@ -3,17 +3,19 @@
 // along links under the paper's three constraints:
 //   1. no fold: a chart has at most one pixel at a lattice position;
 //   2. the bounding box is capped, so that charts pack well;
-//   3. where a surface ends, a range of lattice positions across the edge is unusable for the chart, so that texture filtering
-//      never mixes two surfaces. Pixels there come to lie in another chart.
+//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
+//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
+//      edges; here it also holds for the hidden surfaces' inner ends, which else would bleed into the middle of what hides them.
 #pragma once
 
 #include <ldi/core/error.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,141 +41,229 @@ struct chart_placement {
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. Narrower photos are cut evenly: 1152 pixels at a cap of
-    /// 1000 make two charts of 576, not one of 1000 and a rest.
+    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
+    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest.
     std::int32_t max_side = 512;
     /// How many lattice positions beyond the end of a surface must not hold another surface of the same chart: the reach of a
-    /// texture filter. 1 to 15.
+    /// texture filter. 1 to 7.
     std::int32_t filter_range = 4;
+    /// Pixels closer than this in disparity are one surface (the paper's tau_disp).
+    float discontinuity_threshold = 0.05F;
 };
 
 namespace detail {
 
-/// For each pixel and side, how far straight ahead its surface ends, if that is within reach of a texture filter.
+/// Which pixels constraint 3 is about, and how: for each side, how far straight ahead a pixel's surface ends, and whether the
+/// pixel lies beyond the end of another.
 class surface_ends {
 public:
-    surface_ends(const graph& g, std::int32_t range) : distances_(g.size(), 0) {
-        for (side s : all_sides) {
-            const std::vector<std::int32_t>& ahead = g.neighbours(s);
-            const std::vector<std::int32_t>& back = g.neighbours(opposite(s));
-            for (std::size_t i = 0; i < ahead.size(); ++i) {
-                if (ahead[i] != no_pixel) continue;
-                std::int32_t pixel = static_cast<std::int32_t>(i);
-                for (std::int32_t distance = 1; distance <= range && pixel != no_pixel; ++distance) {
-                    const std::size_t p = static_cast<std::size_t>(pixel);
-                    distances_[p] = static_cast<std::uint16_t>(distances_[p] | (distance << shift(s)));
-                    pixel = back[p];
-                }
+    static constexpr std::int32_t longest_range = 7;
+
+    surface_ends(const graph& g, std::int32_t range)
+        : width_(g.width), codes_(g.size(), 0), slots_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1) {
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
+            for (side s : all_sides)
+                if (g.neighbours(s)[i] == no_pixel) add_end(g, i, s, range);
+        }
+        for (std::size_t i = 0; i < g.size(); ++i)
+            if (slot(g.x[i], g.y[i]) >= 0) codes_[i] = static_cast<std::uint16_t>(codes_[i] | beyond_bit);
+    }
+
+    /// The number of lattice positions beyond the end of some surface.
+    std::size_t slot_count() const { return static_cast<std::size_t>(slot_count_); }
+    /// A number for each such position, from 0; -1 for all others.
+    std::int32_t slot(std::int32_t x, std::int32_t y) const { return slots_[at(x, y)]; }
+    /// False for most pixels: those have nothing to do with constraint 3.
+    bool any(std::int32_t pixel) const { return codes_[static_cast<std::size_t>(pixel)] != 0; }
+    /// The number of steps to the first position beyond the surface; 0 if it goes on for the whole range, or to the border.
+    std::int32_t distance(std::int32_t pixel, side s) const { return (codes_[static_cast<std::size_t>(pixel)] >> shift(s)) & 7; }
+
+private:
+    static constexpr int beyond_bit = 1 << 12;
+
+    static int shift(side s) { return 3 * static_cast<int>(s); }
+
+    std::size_t at(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    }
+
+    void add_end(const graph& g, std::size_t last, side s, std::int32_t range) {
+        std::int32_t x = g.x[last], y = g.y[last];
+        for (std::int32_t distance = 1; distance <= range; ++distance) {
+            x += step_x(s), y += step_y(s);
+            if (x < 0 || y < 0 || x >= g.width || y >= g.height) {
+                if (distance == 1) return;
+                break;
             }
+            std::int32_t& here = slots_[at(x, y)];
+            if (here < 0) here = slot_count_++;
+        }
+        std::int32_t pixel = static_cast<std::int32_t>(last);
+        for (std::int32_t distance = 1; distance <= range && pixel != no_pixel; ++distance) {
+            std::uint16_t& code = codes_[static_cast<std::size_t>(pixel)];
+            code = static_cast<std::uint16_t>(code | (distance << shift(s)));
+            pixel = g.neighbour(pixel, opposite(s));
         }
     }
 
-    bool any(std::size_t pixel) const { return distances_[pixel] != 0; }
-    /// The number of steps to the first position beyond the surface; 0 if it goes on for the whole range.
-    std::int32_t distance(std::size_t pixel, side s) const { return (distances_[pixel] >> shift(s)) & 15; }
-
-private:
-    static int shift(side s) { return 4 * static_cast<int>(s); }
-
-    std::vector<std::uint16_t> distances_;  // 4 bits a side
+    std::int32_t width_ = 0, slot_count_ = 0;
+    std::vector<std::uint16_t> codes_;  // 3 bits a side, and beyond_bit
+    std::vector<std::int32_t> slots_;
 };
 
-/// Grows one chart after the other. Lattice positions carry the stamp of the chart that last used or barred them, so that
+/// Grows one chart after the other. Lattice positions remember the pixel and the chart that used or barred them last, so that
 /// nothing is cleared in between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, const chart_options& options)
+    chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
         : graph_(g),
+          disparity_(disparity),
           range_(options.filter_range),
-          ends_(g, options.filter_range),
-          stamps_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1),
-          chart_of_(g.size(), -1),
+          threshold_(options.discontinuity_threshold),
           cap_x_(even_share(g.width, options.max_side)),
-          cap_y_(even_share(g.height, options.max_side)) {
-        result_.charts.reserve(256);
+          cap_y_(even_share(g.height, options.max_side)),
+          ends_(g, options.filter_range),
+          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
+          allowed_(ends_.slot_count()) {
+        result_.chart_of.assign(g.size(), -1);
     }
 
     chart_set grow_all() {
         const std::int32_t count = static_cast<std::int32_t>(graph_.size());
         for (std::int32_t seed = 0; seed < count; ++seed)
-            if (chart_of_[static_cast<std::size_t>(seed)] < 0) grow(seed);
-        for (std::size_t c = 0; c < sizes_.size(); ++c) result_.charts[c].pixels.reserve(sizes_[c]);
-        for (std::int32_t i = 0; i < count; ++i)
-            result_.charts[static_cast<std::size_t>(chart_of_[static_cast<std::size_t>(i)])].pixels.push_back(i);
-        result_.chart_of = std::move(chart_of_);
+            if (chart_of(seed) < 0) grow(seed);
+        for (std::int32_t first = 0, last = 0; first < count; first = last) {
+            const std::int32_t c = chart_of(first);
+            while (last < count && chart_of(last) == c) ++last;
+            std::vector<std::int32_t>& pixels = result_.charts[static_cast<std::size_t>(c)].pixels;
+            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+        }
         return std::move(result_);
     }
 
 private:
-    struct position {
-        std::int32_t pixel, x, y;
+    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by side.
+    struct run {
+        std::int32_t first, x, y, count;
+    };
+
+    /// The disparities that a chart may have at a lattice position beyond the end of one of its surfaces.
+    struct allowance {
+        std::int32_t chart = -1;
+        float lowest = 0, highest = 0;
     };
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
-        const std::int32_t pieces = std::max((length + cap - 1) / cap, 1);
+        const std::int32_t pieces = std::max<std::int32_t>((length + cap - 1) / cap, 1);
         return (length + pieces - 1) / pieces;
     }
+
+    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[static_cast<std::size_t>(pixel)]; }
 
     void grow(std::int32_t seed) {
         current_ = static_cast<std::int32_t>(result_.charts.size());
         const std::size_t s = static_cast<std::size_t>(seed);
         left_ = right_ = graph_.x[s], top_ = bottom_ = graph_.y[s];
         queue_.clear();
-        accept({seed, graph_.x[s], graph_.y[s]});
+        add_run(seed, graph_.x[s], graph_.y[s]);
+        std::size_t pixels = 0;
         for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const position p = queue_[next];
-            const std::size_t i = static_cast<std::size_t>(p.pixel);
-            offer({graph_.up[i], p.x, p.y - 1});
-            offer({graph_.down[i], p.x, p.y + 1});
-            offer({graph_.left[i], p.x - 1, p.y});
-            offer({graph_.right[i], p.x + 1, p.y});
+            const run r = queue_[next];
+            pixels += static_cast<std::size_t>(r.count);
+            grow_from(r, graph_.up, r.y - 1);
+            grow_from(r, graph_.down, r.y + 1);
         }
-        chart result;
-        result.x = left_, result.y = top_, result.width = right_ - left_ + 1, result.height = bottom_ - top_ + 1;
-        result_.charts.push_back(std::move(result));
-        sizes_.push_back(queue_.size());
+        chart grown;
+        grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
+        grown.pixels.reserve(pixels);
+        result_.charts.push_back(std::move(grown));
     }
 
-    void offer(position p) {
-        if (p.pixel == no_pixel || chart_of_[static_cast<std::size_t>(p.pixel)] >= 0) return;
-        if (right_ - p.x >= cap_x_ || p.x - left_ >= cap_x_ || bottom_ - p.y >= cap_y_ || p.y - top_ >= cap_y_) return;
-        if ((stamps_[at(p.x, p.y)] >> 1) == current_) return;
-        if (ends_.any(static_cast<std::size_t>(p.pixel)) && !is_clear_beyond_ends(p)) return;
-        accept(p);
+    void grow_from(const run& r, const std::vector<std::int32_t>& links, std::int32_t y) {
+        std::int32_t pixel = r.first;
+        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[static_cast<std::size_t>(pixel)]) {
+            const std::int32_t beyond = links[static_cast<std::size_t>(pixel)];
+            if (may_join(beyond, x, y)) add_run(beyond, x, y);
+        }
     }
 
-    void accept(position p) {
-        const std::size_t i = static_cast<std::size_t>(p.pixel);
-        chart_of_[i] = current_;
-        stamps_[at(p.x, p.y)] = 2 * current_;
-        left_ = std::min(left_, p.x), right_ = std::max(right_, p.x);
-        top_ = std::min(top_, p.y), bottom_ = std::max(bottom_, p.y);
-        if (ends_.any(i))
-            for_each_position_beyond_ends(p, [&](std::int32_t& stamp) {
-                stamp = 2 * current_ + 1;
-                return true;
-            });
-        queue_.push_back(p);
+    /// Adds a pixel that may join, and all that may and are linked to it from left to right.
+    void add_run(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        accept(pixel, x, y);
+        run r{pixel, x, y, 1};
+        for (std::int32_t last = pixel;; ++r.count) {
+            last = graph_.right[static_cast<std::size_t>(last)];
+            if (!may_join(last, x + r.count, y)) break;
+            accept(last, x + r.count, y);
+        }
+        for (;; ++r.count, --r.x) {
+            const std::int32_t before = graph_.left[static_cast<std::size_t>(r.first)];
+            if (!may_join(before, r.x - 1, y)) break;
+            accept(before, r.x - 1, y);
+            r.first = before;
+        }
+        queue_.push_back(r);
     }
 
-    bool is_clear_beyond_ends(position p) {
-        return for_each_position_beyond_ends(p, [&](const std::int32_t& stamp) { return stamp != 2 * current_; });
+    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
+        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
+        if (occupant(at(x, y)) != no_pixel) return false;
+        return !ends_.any(pixel) || is_clear_of_other_surfaces(pixel, x, y);
     }
 
-    /// Visits the stamps of all positions that are beyond the end of p's surface and within the filter range of p, until `visit`
-    /// says false; whether it never did.
+    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        chart_of(pixel) = current_;
+        occupants_[at(x, y)] = pixel;
+        left_ = std::min(left_, x), right_ = std::max(right_, x);
+        top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
+        if (ends_.any(pixel)) bar_other_surfaces(pixel, x, y);
+    }
+
+    /// The current chart's pixel at a lattice position.
+    std::int32_t occupant(std::size_t where) {
+        const std::int32_t pixel = occupants_[where];
+        return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
+    }
+
+    bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        const std::int32_t slot = ends_.slot(x, y);
+        if (slot >= 0) {
+            const allowance& here = allowed_[static_cast<std::size_t>(slot)];
+            if (here.chart == current_ && (disparity < here.lowest || disparity > here.highest)) return false;
+        }
+        bool clear = true;
+        for_each_position_beyond_ends(pixel, x, y, [&](std::int32_t u, std::int32_t v) {
+            const std::int32_t other = occupant(at(u, v));
+            if (other != no_pixel && std::abs(disparity_[static_cast<std::size_t>(other)] - disparity) > threshold_) clear = false;
+        });
+        return clear;
+    }
+
+    void bar_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        for_each_position_beyond_ends(pixel, x, y, [&](std::int32_t u, std::int32_t v) {
+            allowance& there = allowed_[static_cast<std::size_t>(ends_.slot(u, v))];
+            if (there.chart != current_) there = {current_, 0.0F, 1.0F};
+            there.lowest = std::max(there.lowest, disparity - threshold_);
+            there.highest = std::min(there.highest, disparity + threshold_);
+        });
+    }
+
+    /// Visits all lattice positions that are beyond the end of a pixel's surface and within the filter range of the pixel.
     template <class Visit>
-    bool for_each_position_beyond_ends(position p, Visit visit) {
+    void for_each_position_beyond_ends(std::int32_t pixel, std::int32_t x, std::int32_t y, Visit visit) {
         for (side s : all_sides) {
-            const std::int32_t first = ends_.distance(static_cast<std::size_t>(p.pixel), s);
+            const std::int32_t first = ends_.distance(pixel, s);
             if (first == 0) continue;
             for (std::int32_t distance = first; distance <= range_; ++distance) {
-                const std::int32_t x = p.x + distance * step_x(s), y = p.y + distance * step_y(s);
-                if (x < 0 || y < 0 || x >= graph_.width || y >= graph_.height) break;
-                if (!visit(stamps_[at(x, y)])) return false;
+                const std::int32_t u = x + distance * step_x(s), v = y + distance * step_y(s);
+                if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) break;
+                visit(u, v);
             }
         }
-        return true;
     }
 
     std::size_t at(std::int32_t x, std::int32_t y) const {
@@ -181,25 +271,29 @@ private:
     }
 
     const graph& graph_;
+    std::span<const float> disparity_;
     std::int32_t range_;
-    surface_ends ends_;
-    std::vector<std::int32_t> stamps_;  // 2 c: chart c has a pixel here; 2 c + 1: chart c must not have one
-    std::vector<std::int32_t> chart_of_;
+    float threshold_;
     std::int32_t cap_x_, cap_y_;
+    surface_ends ends_;
+    std::vector<std::int32_t> occupants_;  // the pixel that was last put at a lattice position
+    std::vector<allowance> allowed_;
+    std::vector<run> queue_;
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
-    std::vector<position> queue_;
-    std::vector<std::size_t> sizes_;
     chart_set result_;
 };
 
 }  // namespace detail
 
+/// disparity  K, in [0, 1]
+///
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-inline chart_set make_charts(const graph& g, const chart_options& options = {}) {
+inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
+    LDI_ASSERT(disparity.size() == g.size());
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
-    if (options.filter_range < 1 || options.filter_range > 15)
-        raise(error_code::invalid_option, "filter_range", "1 to 15", std::to_string(options.filter_range));
-    return detail::chart_grower(g, options).grow_all();
+    if (options.filter_range < 1 || options.filter_range > detail::surface_ends::longest_range)
+        raise(error_code::invalid_option, "filter_range", "1 to 7", std::to_string(options.filter_range));
+    return detail::chart_grower(g, disparity, options).grow_all();
 }
 
 }  // namespace ldi
