@@ -160,7 +160,8 @@ struct still_life_builder {
             const vector3 blue = from_srgb(52, 82, 128), cream = from_srgb(234, 226, 208);
             const double wave = 0.006 * std::sin(s.u * 180);
             const double band = smooth_step(0.006, 0.009, std::abs(s.v - 0.012 + wave)) * smooth_step(-0.034, -0.031, s.v);
-            return mix(blue, cream, band) * (0.92 + 0.16 * layered_noise(s.local * 60, 3, 51));
+            const bool side = std::abs(s.local.y) < 0.0524;
+            return mix(blue, cream, side ? band : 1.0) * (0.92 + 0.16 * layered_noise(s.local * 60, 3, 51));
         };
         rod(foot, foot + vector3{0, 0.105, 0}, 0.046, glaze);
         rod(foot + vector3{0, 0.09, 0}, foot + vector3{0, 0.1052, 0}, 0.041, plain(from_srgb(30, 28, 30)));
@@ -172,7 +173,7 @@ struct still_life_builder {
                               {0.016, 0.014, 0.26, 0.10, 0.105, from_srgb(196, 48, 44)},
                               {0.004, -0.018, 0.05, -0.25, 0.135, from_srgb(48, 120, 88)},
                               {-0.010, -0.006, -0.10, 0.05, 0.150, from_srgb(54, 88, 160)},
-                              {0.022, -0.008, 0.42, -0.15, 0.090, from_srgb(120, 60, 120)}};
+                              {-0.028, -0.006, -0.50, 0.12, 0.085, from_srgb(120, 60, 120)}};
         for (const pencil& p : all) {
             const vector3 from = foot + vector3{p.x, 0.08, p.z};
             const vector3 axis = normalised({p.lean_x, 1, p.lean_z});

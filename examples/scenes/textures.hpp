@@ -108,7 +108,8 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
         const vector3 white = from_srgb(240, 236, 226);
         // The seams are a fixed width of surface, not of angle.
         const double soft = 0.006 * pairs / std::max(0.1, std::sqrt(1 - s.local.y * s.local.y / (radius * radius)));
-        const vector3 segment = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t) - smooth_step(1 - soft, 1, t));
+        const vector3 coloured = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t));
+        const vector3 segment = mix(coloured, odd ? b : a, smooth_step(1 - 2 * soft, 1, t));
         return mix(segment, c, smooth_step(0.945, 0.955, std::abs(s.local.y) / radius));
     };
 }

@@ -48,7 +48,7 @@ inline rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>&
 
 namespace detail {
 
-inline void check_mesh(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
     const std::size_t count = mesh.vertex_count();
     if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
         raise(error_code::mismatch, "mesh", "3 coordinates, 2 texture coordinates a vertex, 3 vertices a triangle",
@@ -67,7 +67,7 @@ inline void check_mesh(const textured_mesh& mesh, const image<std::uint8_t>& tex
             std::to_string(height(texture)) + " x " + std::to_string(width(texture)) + " x " + std::to_string(channels(texture)));
 }
 
-inline void check_options(const view& from, const raster_options& options) {
+inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
     if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", std::to_string(options.z_near));
@@ -183,8 +183,8 @@ struct band_lists {
 template <executor Executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
                     const raster_options& options, Executor& threads) {
-    detail::check_mesh(mesh, texture);
-    detail::check_options(from, options);
+    detail::check_drawable(mesh, texture);
+    detail::check_raster_options(from, options);
     std::vector<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
