@@ -1,7 +1,7 @@
 // What a user can set before including any header of ldi, and what ldi learns about the compiler.
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
-//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless you set it. With 0, errors go to a handler (core/error.hpp).
+//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of core/error.hpp.
 #pragma once
 
 #include <ldi/version.hpp>
