@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
@@ -45,10 +46,12 @@ struct outline_step {
 struct chart_outlines {
     std::vector<outline_corner> corners;
     std::vector<boundary_piece> pieces;
-    std::vector<outline_step> steps;           ///< loop by loop
-    std::vector<std::int32_t> first_step;      ///< loop l has steps [first_step[l], first_step[l + 1])
-    std::vector<std::int32_t> first_loop;      ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    std::vector<std::uint8_t> boundary_sides;  ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+    std::vector<outline_step> steps;            ///< loop by loop
+    std::vector<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
+    std::vector<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
+    std::vector<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    std::vector<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+    std::vector<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
 };
 
 /// Traces the outlines of all charts.
@@ -68,11 +71,15 @@ public:
 
     void trace_pieces() {
         std::vector<std::uint8_t>& sides = result_.boundary_sides;
-        std::vector<std::int32_t> boundary_pixels;
+        std::vector<std::int32_t>& boundary_pixels = result_.boundary_pixels;
         boundary_pixels.reserve(sides.size() / 16);
         for (std::size_t i = 0; i < sides.size(); ++i) {
-            if (sides[i] == 0) continue;
-            boundary_pixels.push_back(static_cast<std::int32_t>(i));
+            std::uint64_t eight = 1;
+            if (i + sizeof eight <= sides.size()) std::memcpy(&eight, sides.data() + i, sizeof eight);
+            if (eight == 0)
+                i += sizeof eight - 1;
+            else if (sides[i] != 0)
+                boundary_pixels.push_back(static_cast<std::int32_t>(i));
         }
         result_.corners.reserve(boundary_pixels.size());
         for (std::int32_t pixel : boundary_pixels)
@@ -133,7 +140,14 @@ public:
         result_.steps.reserve(steps.size());
         for (const loop& l : loops) {
             result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
-            result_.steps.insert(result_.steps.end(), steps.begin() + l.first, steps.begin() + l.first + l.count);
+            std::int64_t area = 0;
+            for (std::int32_t s = l.first; s < l.first + l.count; ++s) {
+                const outline_step step = steps[static_cast<std::size_t>(s)];
+                const std::int64_t swept = area_swept(result_.pieces[static_cast<std::size_t>(step.piece)]);
+                area += step.reversed ? -swept : swept;
+                result_.steps.push_back(step);
+            }
+            result_.loop_area.push_back(area);
             ++result_.first_loop[static_cast<std::size_t>(l.chart) + 1];
         }
         result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
@@ -173,6 +187,20 @@ private:
                                : e.side == 2 ? g_.y[i] == g_.height - 1
                                              : g_.x[i] == 0;
         return on_border ? -2 - e.side : no_chart;
+    }
+
+    /// What a piece adds to the area of a loop that runs through it forward: what lies to the left of it.
+    std::int64_t area_swept(const boundary_piece& piece) const {
+        const outline_corner* before = &result_.corners[static_cast<std::size_t>(piece.start)];
+        std::int64_t area = 0;
+        const auto advance = [&](const outline_corner& to) {
+            area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
+            before = &to;
+        };
+        for (std::int32_t i = 0; i < piece.inner_count; ++i)
+            advance(result_.corners[static_cast<std::size_t>(piece.first_inner + i)]);
+        advance(result_.corners[static_cast<std::size_t>(piece.end)]);
+        return area;
     }
 
     void trace_piece(pixel_side seed) {

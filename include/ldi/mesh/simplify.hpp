@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 #include <string>
 #include <utility>
@@ -24,10 +25,30 @@ struct simplify_options {
     float disparity_tolerance = 0.004F;
 };
 
-/// What is left of every piece: indices of corners, from the start of the piece to its end, both included. Single pieces can be
-/// refined when a simplified outline would cross itself.
+/// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
+struct boundary_edge {
+    std::int32_t piece, index;
+    friend bool operator<(const boundary_edge& a, const boundary_edge& b) {
+        return a.piece != b.piece ? a.piece < b.piece : a.index < b.index;
+    }
+    friend bool operator==(const boundary_edge&, const boundary_edge&) = default;
+};
+
+/// A corner to split an edge of the simplified boundary at.
+struct boundary_split {
+    boundary_edge edge;
+    std::int32_t corner;
+    friend bool operator<(const boundary_split& a, const boundary_split& b) {
+        return a.edge == b.edge ? a.corner < b.corner : a.edge < b.edge;
+    }
+    friend bool operator==(const boundary_split&, const boundary_split&) = default;
+};
+
+/// What is left of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
+/// split where a simplified outline would cross itself.
 class simplified_boundary {
 public:
+    /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options);
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
@@ -35,26 +56,33 @@ public:
         return {kept_.data() + r.first, r.count};
     }
 
-    /// Simplifies a piece again, more carefully: with half the tolerance each time, and from the third time on not at all.
-    /// Returns false if nothing was left to refine.
-    bool refine(std::int32_t piece);
+    /// The corners that an edge leaves out: all indices from `first` to before `second`.
+    std::pair<std::int32_t, std::int32_t> left_out(boundary_edge edge) const;
+
+    /// Of the corners that an edge leaves out, of which there must be one, the farthest from it.
+    std::int32_t farthest_left_out(boundary_edge edge) const;
+
+    /// Splits edges, all at once, at corners that they leave out. `splits` are sorted and different.
+    void split(std::span<const boundary_split> splits);
+
+    /// Whether an edge came from the last split.
+    bool is_fresh(boundary_edge edge) const {
+        const range& r = ranges_[static_cast<std::size_t>(edge.piece)];
+        return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
+    }
 
 private:
     struct range {
         std::size_t first, count;
-        std::uint8_t level;
+        std::int32_t split;  ///< number of the split that made it
     };
-    static constexpr std::uint8_t detailed = 3;
 
-    void simplify(std::int32_t piece);
-
+    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[static_cast<std::size_t>(id)]; }
     const chart_outlines& outlines_;
-    simplify_options options_;
     std::vector<std::int32_t> kept_;
+    std::vector<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
     std::vector<range> ranges_;
-    std::vector<outline_corner> points_;
-    std::vector<std::uint8_t> keep_;
-    std::vector<std::pair<std::int32_t, std::int32_t>> stack_;
+    std::int32_t splits_ = 0;
 };
 
 namespace detail {
@@ -98,41 +126,69 @@ inline void douglas_peucker(std::span<const outline_corner> points, float tolera
 }  // namespace detail
 
 inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, const simplify_options& options)
-    : outlines_(outlines), options_(options), ranges_(outlines.pieces.size(), range{0, 0, 0}) {
+    : outlines_(outlines) {
     if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0))
         raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0",
               std::to_string(options.tolerance) + " and " + std::to_string(options.disparity_tolerance));
-    for (std::size_t p = 0; p < outlines.pieces.size(); ++p) simplify(static_cast<std::int32_t>(p));
-}
-
-inline bool simplified_boundary::refine(std::int32_t piece) {
-    range& r = ranges_[static_cast<std::size_t>(piece)];
-    const std::size_t all = static_cast<std::size_t>(outlines_.pieces[static_cast<std::size_t>(piece)].inner_count) + 2;
-    const std::size_t before = r.count;
-    while (r.level < detailed && r.count == before && before < all) {
-        ++r.level;
-        simplify(piece);
+    std::vector<outline_corner> points;
+    std::vector<std::uint8_t> keep;
+    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    ranges_.reserve(outlines.pieces.size());
+    for (const boundary_piece& p : outlines.pieces) {
+        const auto inner = outlines.corners.begin() + p.first_inner;
+        points.assign(1, corner(p.start));
+        points.insert(points.end(), inner, inner + p.inner_count);
+        points.push_back(corner(p.end));
+        detail::douglas_peucker(points, options.tolerance, options.disparity_tolerance, keep, stack);
+        const std::size_t first = kept_.size();
+        kept_.push_back(p.start);
+        for (std::int32_t i = 0; i < p.inner_count; ++i)
+            if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
+        kept_.push_back(p.end);
+        ranges_.push_back({first, kept_.size() - first, 0});
     }
-    return r.count != before;
+    fresh_.assign(kept_.size(), 1);
 }
 
-inline void simplified_boundary::simplify(std::int32_t piece) {
-    const boundary_piece& p = outlines_.pieces[static_cast<std::size_t>(piece)];
-    range& r = ranges_[static_cast<std::size_t>(piece)];
-    const auto inner = outlines_.corners.begin() + p.first_inner;
-    points_.assign(1, outlines_.corners[static_cast<std::size_t>(p.start)]);
-    points_.insert(points_.end(), inner, inner + p.inner_count);
-    points_.push_back(outlines_.corners[static_cast<std::size_t>(p.end)]);
-    if (r.level < detailed)
-        detail::douglas_peucker(points_, std::ldexp(options_.tolerance, -r.level), options_.disparity_tolerance, keep_, stack_);
-    else
-        keep_.assign(points_.size(), 1);
-    r.first = kept_.size();
-    kept_.push_back(p.start);
-    for (std::int32_t i = 0; i < p.inner_count; ++i)
-        if (keep_[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
-    kept_.push_back(p.end);
-    r.count = kept_.size() - r.first;
+inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
+    const boundary_piece& p = outlines_.pieces[static_cast<std::size_t>(edge.piece)];
+    const std::span<const std::int32_t> kept = corners(edge.piece);
+    const std::size_t i = static_cast<std::size_t>(edge.index);
+    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
+}
+
+inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) const {
+    const auto [first, last] = left_out(edge);
+    LDI_ASSERT(first < last);
+    const std::size_t i = static_cast<std::size_t>(edge.index);
+    const outline_corner &a = corner(corners(edge.piece)[i]), &b = corner(corners(edge.piece)[i + 1]);
+    const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+    // Corners on the edge itself are all equally far; then the middle one is as good as any.
+    std::int32_t farthest = first + (last - first) / 2;
+    std::int64_t distance = 0;
+    for (std::int32_t c = first; c < last; ++c) {
+        const std::int64_t px = corner(c).x - a.x, py = corner(c).y - a.y;
+        const std::int64_t d = dx == 0 && dy == 0 ? px * px + py * py : std::abs(dx * py - dy * px);
+        if (d > distance) distance = d, farthest = c;
+    }
+    return farthest;
+}
+
+inline void simplified_boundary::split(std::span<const boundary_split> splits) {
+    ++splits_;
+    for (std::size_t s = 0; s < splits.size();) {
+        const std::int32_t piece = splits[s].edge.piece;
+        const std::size_t first_kept = kept_.size(), count = corners(piece).size();
+        for (std::size_t i = 0; i < count; ++i) {
+            kept_.push_back(corners(piece)[i]), fresh_.push_back(0);
+            const boundary_edge edge{piece, static_cast<std::int32_t>(i)};
+            for (; s < splits.size() && splits[s].edge == edge; ++s) {
+                fresh_.back() = 1;
+                kept_.push_back(splits[s].corner), fresh_.push_back(1);
+            }
+        }
+        ranges_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
+    }
 }
 
 }  // namespace ldi

@@ -38,9 +38,9 @@ struct stud_set {
     std::vector<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
-/// boundary_sides  of chart_outlines: K bytes, bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                           std::span<const std::uint8_t> boundary_sides, const stud_options& options);
+/// Places the studs of all charts. `outlines` are those of the same charts. Raises invalid_option.
+stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options);
 
 namespace detail {
 
@@ -62,7 +62,7 @@ struct stud_columns {
 };
 
 inline stud_columns sample_stud_columns(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                                        std::span<const std::uint8_t> boundary_sides, const stud_options& options) {
+                                        const chart_outlines& outlines, const stud_options& options) {
     stud_columns columns;
     columns.charts.resize(charts.charts.size());
     std::size_t total = 0;
@@ -75,12 +75,15 @@ inline stud_columns sample_stud_columns(const graph& g, std::span<const float> d
     columns.samples.resize(total);
     columns.present.assign(total, stud_columns::absent);
 
-    const std::int32_t count = static_cast<std::int32_t>(g.size()), clearance = options.clearance;
-    for (std::int32_t begin = 0, end = 0; begin < count; begin = end) {
-        // A row of one chart: pixels begin to end - 1.
-        end = begin;
-        while ((boundary_sides[static_cast<std::size_t>(end)] & 2U) == 0) ++end;
-        ++end;
+    const std::vector<std::uint8_t>& sides = outlines.boundary_sides;
+    const std::int32_t clearance = options.clearance;
+    std::int32_t begin = 0;
+    for (std::int32_t pixel_on_boundary : outlines.boundary_pixels) {
+        // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
+        const std::uint8_t at_pixel = sides[static_cast<std::size_t>(pixel_on_boundary)];
+        if ((at_pixel & side_bit(3)) != 0) begin = pixel_on_boundary;
+        if ((at_pixel & side_bit(1)) == 0) continue;
+        const std::int32_t end = pixel_on_boundary + 1;
         if (end - begin < 2 * clearance) continue;
         const std::size_t c = static_cast<std::size_t>(charts.chart_of[static_cast<std::size_t>(begin)]);
         const stud_columns::chart_columns& target = columns.charts[c];
@@ -94,15 +97,15 @@ inline stud_columns sample_stud_columns(const graph& g, std::span<const float> d
             if (at < x_first) continue;
             if (at > x_last) break;
             const std::size_t pixel = static_cast<std::size_t>(begin + at - x);
-            std::uint8_t sides = 0;
+            std::uint8_t around = 0;
             for (std::size_t i = pixel - static_cast<std::size_t>(clearance); i < pixel + static_cast<std::size_t>(clearance);
                  ++i)
-                sides |= boundary_sides[i];
+                around = static_cast<std::uint8_t>(around | sides[i]);
             const std::size_t sample = target.first_sample +
                                        static_cast<std::size_t>(k) * static_cast<std::size_t>(target.height) +
                                        static_cast<std::size_t>(y - shape.y);
             columns.samples[sample] = 0.5F * (disparity[pixel - 1] + disparity[pixel]);
-            columns.present[sample] = (sides & 1U) != 0 ? stud_columns::begun : stud_columns::continued;
+            columns.present[sample] = (around & side_bit(0)) != 0 ? stud_columns::begun : stud_columns::continued;
         }
     }
     return columns;
@@ -111,12 +114,12 @@ inline stud_columns sample_stud_columns(const graph& g, std::span<const float> d
 }  // namespace detail
 
 inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                           std::span<const std::uint8_t> boundary_sides, const stud_options& options) {
+                           const chart_outlines& outlines, const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0))
         raise(error_code::invalid_option, "stud_options", "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   std::to_string(options.disparity_tolerance));
-    const detail::stud_columns columns = detail::sample_stud_columns(g, disparity, charts, boundary_sides, options);
+    const detail::stud_columns columns = detail::sample_stud_columns(g, disparity, charts, outlines, options);
     stud_set result;
     result.first_vertex.push_back(0), result.first_stud.push_back(0);
     std::vector<outline_corner> profile;

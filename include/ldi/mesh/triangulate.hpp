@@ -33,11 +33,19 @@ struct polygon {
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// Why a polygon can't be triangulated: these vertices, or the edges that begin there, cross or touch where they must not. -1:
-/// none.
+/// Why a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or touch where they
+/// must not.
 struct polygon_conflict {
-    std::int32_t vertices[4];
+    std::vector<std::int32_t> edges;
 };
+
+namespace detail {
+/// Vertices of a polygon as numbers that sort by y, then x: y, x and vertex in 20, 20 and 24 bits.
+inline std::uint64_t polygon_event(lattice_point p, std::size_t vertex) {
+    constexpr std::int32_t offset = 1 << 19;
+    return static_cast<std::uint64_t>(p.y + offset) << 44 | static_cast<std::uint64_t>(p.x + offset) << 24 | vertex;
+}
+}  // namespace detail
 
 /// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
 struct triangulation {
@@ -51,9 +59,6 @@ public:
     /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
     /// one, says where; `result` is of no use then.
     std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
-
-    /// In the last polygon, the vertex whose next is `vertex`, or -1.
-    std::int32_t vertex_before(std::int32_t vertex) const { return before_[static_cast<std::size_t>(vertex)]; }
 
 private:
     /// A vertex of a chain that waits for triangles. From left to right the interior lies below the chain, and every vertex but
@@ -103,6 +108,7 @@ private:
 
     void collect_events(const polygon& shape);
     std::optional<polygon_conflict> sweep_point(const polygon& shape, std::size_t first, std::size_t last, triangulation& result);
+    polygon_conflict conflict_at(const polygon& shape, std::size_t first, std::size_t last, std::size_t place) const;
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
 
     std::vector<std::uint64_t> events_;  ///< vertices by y, then x
@@ -173,13 +179,10 @@ inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, t
 }
 
 inline void triangulator::collect_events(const polygon& shape) {
-    constexpr std::int64_t offset = std::int64_t{1} << 19;
     const std::size_t count = shape.points.size();
     events_.resize(count), before_.assign(count, -1);
     for (std::size_t v = 0; v < count; ++v) {
-        const std::uint64_t y = static_cast<std::uint64_t>(shape.points[v].y + offset);
-        const std::uint64_t x = static_cast<std::uint64_t>(shape.points[v].x + offset);
-        events_[v] = y << 44 | x << 24 | v;
+        events_[v] = detail::polygon_event(shape.points[v], v);
         if (shape.next[v] >= 0) before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
     }
     std::sort(events_.begin(), events_.end());
@@ -210,6 +213,26 @@ inline void triangulator::start_edge(const polygon& shape, std::int32_t from, st
     starting_.insert(starting_.begin() + static_cast<std::ptrdiff_t>(place), e);
 }
 
+/// All edges that meet at a point, those that pass it next to `place` in the status, and those next to where its edges really
+/// are.
+inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::size_t first, std::size_t last,
+                                                  std::size_t place) const {
+    polygon_conflict conflict;
+    const auto add = [&](std::int32_t vertex) {
+        if (vertex >= 0 && shape.next[static_cast<std::size_t>(vertex)] >= 0) conflict.edges.push_back(vertex);
+    };
+    const lattice_point p = shape.points[static_cast<std::size_t>(events_[first] & 0xFFFFFF)];
+    for (std::size_t event = first; event < last; ++event) {
+        const std::int32_t v = static_cast<std::int32_t>(events_[event] & 0xFFFFFF);
+        add(v), add(before_[static_cast<std::size_t>(v)]);
+    }
+    for (std::size_t i = 0; i < status_.size(); ++i)
+        if (i == place || i + 1 == place || same(status_[i].lower, p) || (i > 0 && same(status_[i - 1].lower, p)) ||
+            (i + 1 < status_.size() && same(status_[i + 1].lower, p)))
+            add(status_[i].edge);
+    return conflict;
+}
+
 inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, std::size_t first_event,
                                                                  std::size_t last_event, triangulation& result) {
     const auto vertex_of = [&](std::size_t event) { return static_cast<std::int32_t>(events_[event] & 0xFFFFFF); };
@@ -225,13 +248,13 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
             if (from < 0 || to < 0) continue;
             has_edge = true;
             const lattice_point other = shape.points[static_cast<std::size_t>(from == v ? to : from)];
-            if (same(p, other)) return polygon_conflict{{v, from, -1, -1}};
+            if (same(p, other)) return polygon_conflict{{from}};
             if (above(other, p))
                 ++ending;
             else
                 start_edge(shape, from, to);
         }
-        if (!has_edge && last_event - first_event > 1) return polygon_conflict{{v, vertex_of(first_event), -1, -1}};
+        if (!has_edge && last_event - first_event > 1) return conflict_at(shape, first_event, last_event, 0);
     }
 
     // The edges that end here stand side by side in the status, between one that passes on the left and one on the right.
@@ -240,12 +263,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
         status_.begin());
     std::size_t t = s;
     while (t < status_.size() && same(status_[t].lower, p)) ++t;
-    const auto conflict_here = [&] {
-        polygon_conflict c{{vertex_of(first_event), starting_.empty() ? -1 : starting_.front().edge, -1, -1}};
-        if (t < status_.size()) c.vertices[2] = status_[t].edge;
-        if (s > 0) c.vertices[3] = status_[s - 1].edge;
-        return c;
-    };
+    const auto conflict_here = [&] { return conflict_at(shape, first_event, last_event, s); };
     if (t - s != ending || (t < status_.size() && turn(status_[t].upper, status_[t].lower, p) <= 0)) return conflict_here();
 
     // Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the

@@ -1,0 +1,164 @@
+// Finds where a polygon's outline crosses or touches itself, all places at once.
+#pragma once
+
+#include <ldi/mesh/triangulate.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ldi::detail {
+
+/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
+class crossing_finder {
+public:
+    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet other than in the ends of both, overlap(v, w) for
+    /// vertices at one point where the outline passes twice, with the interior of one passage reaching into that of the other,
+    /// and spike(v) for vertices at which the outline doubles back or stands still. Edges may lie on each other. May report
+    /// things more than once.
+    template <class Report>
+    void find_all(const polygon& shape, Report& report) {
+        assign(shape);
+        std::sort(events_.begin(), events_.end());
+        active_.clear();
+        for (std::size_t i = 0; i < events_.size(); ++i) {
+            const std::int32_t v = vertex_of(events_[i]), u = before_[static_cast<std::size_t>(v)];
+            check_visit(v, report);
+            for (std::size_t j = i + 1; j < events_.size() && (events_[j] >> 24) == (events_[i] >> 24); ++j)
+                compare_visits(v, vertex_of(events_[j]), report);
+            if (!above(point(next(v)), point(v))) enter(make_edge(v), report);
+            if (above(point(v), point(u))) enter(make_edge(u), report);
+        }
+    }
+
+    /// The same for edges with fresh[v] != 0 against all others.
+    template <class Report>
+    void find_fresh(const polygon& shape, std::span<const std::uint8_t> fresh, Report& report) {
+        assign(shape);
+        const std::int32_t count = shape.outline_count;
+        edges_.clear();
+        for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
+        for (std::int32_t v = 0; v < count; ++v) {
+            if (fresh[static_cast<std::size_t>(v)] == 0) continue;
+            const edge& e = edges_[static_cast<std::size_t>(v)];
+            for (const edge& f : edges_)
+                if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
+                    if (collide(e, f)) report.collision(v, f.vertex);
+            for (std::int32_t end : {v, next(v)}) {
+                check_visit(end, report);
+                const std::uint64_t here = events_[static_cast<std::size_t>(end)] >> 24;
+                for (std::int32_t w = 0; w < count; ++w)
+                    if (events_[static_cast<std::size_t>(w)] >> 24 == here && w != end) compare_visits(end, w, report);
+            }
+        }
+    }
+
+    /// The vertex before v on the outline of the last polygon.
+    std::int32_t before(std::int32_t v) const { return before_[static_cast<std::size_t>(v)]; }
+
+private:
+    struct edge {
+        lattice_point a, b;
+        std::int32_t left, right, top, bottom, vertex;
+    };
+    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    struct visit {
+        lattice_point at, from, to;
+    };
+
+    static std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
+    static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
+    static bool above(lattice_point p, lattice_point q) { return p.y != q.y ? p.y < q.y : p.x < q.x; }
+    lattice_point point(std::int32_t v) const { return shape_->points[static_cast<std::size_t>(v)]; }
+    std::int32_t next(std::int32_t v) const { return shape_->next[static_cast<std::size_t>(v)]; }
+
+    void assign(const polygon& shape) {
+        shape_ = &shape;
+        const std::size_t count = static_cast<std::size_t>(shape.outline_count);
+        before_.resize(count), events_.resize(count);
+        for (std::size_t v = 0; v < count; ++v) {
+            before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+            events_[v] = polygon_event(shape.points[v], v);
+        }
+    }
+
+    edge make_edge(std::int32_t v) const {
+        const lattice_point a = point(v), b = point(next(v));
+        return {a, b, std::min(a.x, b.x), std::max(a.x, b.x), std::min(a.y, b.y), std::max(a.y, b.y), v};
+    }
+
+    template <class Report>
+    void enter(const edge& e, Report& report) {
+        for (std::size_t i = 0; i < active_.size();) {
+            const edge& f = active_[i];
+            if (f.bottom < e.top) {
+                active_[i] = active_.back();
+                active_.pop_back();
+                continue;
+            }
+            if (f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
+            ++i;
+        }
+        active_.push_back(e);
+    }
+
+    template <class Report>
+    void check_visit(std::int32_t v, Report& report) const {
+        const std::int32_t u = before_[static_cast<std::size_t>(v)];
+        if (same(point(u), point(next(v))) || same(point(v), point(next(v)))) report.spike(v);
+    }
+
+    template <class Report>
+    void compare_visits(std::int32_t v, std::int32_t w, Report& report) const {
+        const visit a = visit_of(v), b = visit_of(w);
+        if (overlap(a, b) || overlap(b, a)) report.overlap(v, w);
+    }
+    visit visit_of(std::int32_t v) const { return {point(v), point(before_[static_cast<std::size_t>(v)]), point(next(v))}; }
+
+    static std::int64_t turn(lattice_point centre, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - centre.x} * (b.y - centre.y) - std::int64_t{a.y - centre.y} * (b.x - centre.x);
+    }
+    static std::int64_t dot(lattice_point centre, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - centre.x} * (b.x - centre.x) + std::int64_t{a.y - centre.y} * (b.y - centre.y);
+    }
+    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    static bool inside(const visit& v, lattice_point p) {
+        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
+        if (whole > 0) return a > 0 && b > 0;
+        if (whole < 0) return !(a <= 0 && b <= 0);
+        if (dot(v.at, v.to, v.from) < 0) return a > 0;
+        return a != 0 || dot(v.at, v.to, p) < 0;
+    }
+    static bool same_direction(lattice_point centre, lattice_point p, lattice_point q) {
+        return turn(centre, p, q) == 0 && dot(centre, p, q) > 0;
+    }
+    static bool overlap(const visit& v, const visit& w) {
+        return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
+    }
+
+    static int side(const edge& e, lattice_point p) {
+        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        return t < 0 ? -1 : t > 0 ? 1 : 0;
+    }
+    static bool in_box(const edge& e, lattice_point p) {
+        return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
+    }
+    static bool touches(const edge& e, lattice_point p, int side_of_p) {
+        return side_of_p == 0 && in_box(e, p) && !same(p, e.a) && !same(p, e.b);
+    }
+
+    static bool collide(const edge& e, const edge& f) {
+        const int a = side(e, f.a), b = side(e, f.b), c = side(f, e.a), d = side(f, e.b);
+        if (a * b < 0 && c * d < 0) return true;
+        return touches(e, f.a, a) || touches(e, f.b, b) || touches(f, e.a, c) || touches(f, e.b, d);
+    }
+
+    const polygon* shape_ = nullptr;
+    std::vector<std::uint64_t> events_;
+    std::vector<std::int32_t> before_;
+    std::vector<edge> edges_, active_;
+};
+
+}  // namespace ldi::detail

@@ -1,0 +1,286 @@
+// Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
+// Figure "meshing" a to d).
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/mesh/detail/crossings.hpp>
+#include <ldi/mesh/flip.hpp>
+#include <ldi/mesh/outlines.hpp>
+#include <ldi/mesh/simplify.hpp>
+#include <ldi/mesh/studs.hpp>
+#include <ldi/mesh/triangulate.hpp>
+#include <ldi/texture/charts.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+struct mesh_options {
+    simplify_options outlines;
+    stud_options studs;
+};
+
+/// The triangles of one chart, in the plane of the photo.
+struct chart_mesh {
+    std::vector<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
+    std::int32_t stud_vertex_count = 0;
+    std::vector<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+};
+
+/// Everything up to lifting, for those who want to look at or test the steps.
+struct flat_mesh {
+    chart_outlines outlines;
+    stud_set studs;
+    std::vector<chart_mesh> charts;
+};
+
+/// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
+template <executor Executor>
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
+                          Executor& threads);
+
+namespace detail {
+
+/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
+struct chart_polygon {
+    polygon shape;
+    std::vector<std::int32_t> corners;
+    std::vector<boundary_edge> edges;
+    std::vector<std::uint8_t> fresh;  ///< whether an edge came from the last split
+
+    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
+        shape.clear(), corners.clear(), edges.clear(), fresh.clear();
+        const chart_outlines& outlines = flat.outlines;
+        for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
+            const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
+            for (std::int32_t s = outlines.first_step[static_cast<std::size_t>(l)];
+                 s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+                const outline_step step = outlines.steps[static_cast<std::size_t>(s)];
+                const std::span<const std::int32_t> kept = boundary.corners(step.piece);
+                const std::size_t last = kept.size() - 1;
+                for (std::size_t i = 0; i < last; ++i) {
+                    const std::int32_t id = kept[step.reversed ? last - i : i];
+                    add(outlines.corners[static_cast<std::size_t>(id)], box);
+                    corners.push_back(id);
+                    edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
+                    fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
+                }
+            }
+            shape.next.back() = loop_start;
+        }
+        shape.outline_count = static_cast<std::int32_t>(shape.points.size());
+    }
+
+    void add_studs(const flat_mesh& flat, const chart& box, std::size_t chart_index) {
+        const stud_set& studs = flat.studs;
+        for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
+            const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
+            for (std::int32_t v = studs.first_vertex[static_cast<std::size_t>(s)]; v < end; ++v)
+                add(studs.vertices[static_cast<std::size_t>(v)], box);
+            shape.next.back() = -1;
+        }
+    }
+
+private:
+    void add(const outline_corner& corner, const chart& box) {
+        shape.points.push_back({corner.x - box.x, corner.y - box.y});
+        shape.next.push_back(static_cast<std::int32_t>(shape.points.size()));
+    }
+};
+
+/// Checks and triangulates charts, one after the other.
+class chart_mesher {
+public:
+    chart_mesher(flat_mesh& flat, const simplified_boundary& boundary, const chart_set& charts)
+        : flat_(flat), boundary_(boundary), charts_(charts) {}
+
+    /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
+    /// known that edges that are not from the last split don't cross each other.
+    void find_crossings(std::size_t c, bool only_fresh, std::vector<boundary_split>& to_split) {
+        to_split.clear();
+        outline_.assign(flat_, boundary_, charts_.charts[c], c);
+        crossing_report report{*this, to_split};
+        if (only_fresh)
+            finder_.find_fresh(outline_.shape, outline_.fresh, report);
+        else
+            finder_.find_all(outline_.shape, report);
+        const polygon& shape = outline_.shape;
+        std::int32_t v = 0;
+        for (std::int32_t l = flat_.outlines.first_loop[c]; l < flat_.outlines.first_loop[c + 1]; ++l) {
+            // A loop that is hardly more than a slit can turn inside out without crossing anything.
+            std::int64_t twice_area = 0;
+            const std::int32_t loop_start = v;
+            std::int32_t next = v;
+            do {
+                v = next;
+                next = shape.next[static_cast<std::size_t>(v)];
+                const lattice_point a = shape.points[static_cast<std::size_t>(v)],
+                                    b = shape.points[static_cast<std::size_t>(next)];
+                twice_area += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
+            } while (next != loop_start);
+            ++v;
+            if ((flat_.outlines.loop_area[static_cast<std::size_t>(l)] > 0) != (twice_area > 0))
+                for (std::int32_t w = loop_start; w < v; ++w) blame(w, to_split);
+        }
+    }
+
+    /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
+    void triangulate(std::size_t c, std::vector<boundary_split>& to_split) {
+        to_split.clear();
+        outline_.assign(flat_, boundary_, charts_.charts[c], c);
+        outline_.add_studs(flat_, charts_.charts[c], c);
+        if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
+            for (std::int32_t v : conflict->edges) blame(v, to_split);
+            // Where that is not enough the cause lies elsewhere in the chart.
+            for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
+            if (to_split.empty())
+                raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
+                      "chart " + std::to_string(c) + ", whose outline crosses itself");
+            return;
+        }
+        flip_to_delaunay(outline_.shape.points, triangles_, stack_);
+        chart_mesh& result = flat_.charts[c];
+        result.triangles = triangles_.triangles;
+        result.outline = outline_.corners;
+        const std::vector<std::int32_t>&first_vertex = flat_.studs.first_vertex, &first_stud = flat_.studs.first_stud;
+        result.first_stud_vertex = first_vertex[static_cast<std::size_t>(first_stud[c])];
+        result.stud_vertex_count = first_vertex[static_cast<std::size_t>(first_stud[c + 1])] - result.first_stud_vertex;
+    }
+
+private:
+    /// Answers what the crossing finder finds with splits.
+    struct crossing_report {
+        const chart_mesher& mesher;
+        std::vector<boundary_split>& to_split;
+
+        void collision(std::int32_t v, std::int32_t w) {
+            if (!mesher.align(v, w, to_split)) mesher.blame(v, to_split), mesher.blame(w, to_split);
+        }
+        void overlap(std::int32_t v, std::int32_t w) {
+            const std::int32_t u = mesher.finder_.before(v), t = mesher.finder_.before(w);
+            bool aligned = false;
+            for (const auto& [e, f] : {std::pair{v, w}, std::pair{v, t}, std::pair{u, w}, std::pair{u, t}})
+                if (mesher.align(e, f, to_split)) aligned = true;
+            if (aligned) return;
+            for (std::int32_t e : {u, v, t, w}) mesher.blame(e, to_split);
+        }
+        void spike(std::int32_t v) { mesher.blame(v, to_split), mesher.blame(mesher.finder_.before(v), to_split); }
+    };
+
+    /// Splits the edge after v where it is farthest from its corners.
+    void blame(std::int32_t v, std::vector<boundary_split>& to_split) const {
+        if (v >= outline_.shape.outline_count) return;
+        const boundary_edge e = outline_.edges[static_cast<std::size_t>(v)];
+        const auto [first, last] = boundary_.left_out(e);
+        if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
+    }
+
+    /// Where the outline runs back along itself (charts may have slits), both sides must keep the same corners: splits each of
+    /// two edges at the ends of the other. Returns false if neither passes the other's ends.
+    bool align(std::int32_t v, std::int32_t w, std::vector<boundary_split>& to_split) const {
+        bool aligned = false;
+        for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
+            const boundary_edge e = outline_.edges[static_cast<std::size_t>(edge)];
+            const auto [first, last] = boundary_.left_out(e);
+            for (std::int32_t end : {other, outline_.shape.next[static_cast<std::size_t>(other)]}) {
+                const outline_corner& target =
+                    flat_.outlines.corners[static_cast<std::size_t>(outline_.corners[static_cast<std::size_t>(end)])];
+                for (std::int32_t c = first; c < last; ++c) {
+                    const outline_corner& corner = flat_.outlines.corners[static_cast<std::size_t>(c)];
+                    if (corner.x != target.x || corner.y != target.y) continue;
+                    to_split.push_back({e, c});
+                    aligned = true;
+                }
+            }
+        }
+        return aligned;
+    }
+
+    flat_mesh& flat_;
+    const simplified_boundary& boundary_;
+    const chart_set& charts_;
+    chart_polygon outline_;
+    crossing_finder finder_;
+    triangulator triangulator_;
+    triangulation triangles_;
+    std::vector<std::int32_t> stack_;
+};
+
+}  // namespace detail
+
+template <executor Executor>
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
+                          Executor& threads) {
+    if (!(options.outlines.tolerance < static_cast<float>(options.studs.clearance)))
+        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
+              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    flat_mesh flat;
+    flat.outlines = trace_outlines(g, disparity, charts);
+    flat.studs = make_studs(g, disparity, charts, flat.outlines, options.studs);
+    simplified_boundary boundary(flat.outlines, options.outlines);
+    const std::size_t count = charts.charts.size();
+    flat.charts.resize(count);
+    std::vector<std::vector<boundary_split>> to_split(count);
+
+    const auto for_charts = [&](const std::vector<std::int32_t>& indices, auto&& function) {
+        parallel_for(threads, indices.size(), 8, [&](std::size_t first, std::size_t last) {
+            detail::chart_mesher mesher(flat, boundary, charts);
+            for (std::size_t i = first; i < last; ++i) function(mesher, static_cast<std::size_t>(indices[i]));
+        });
+    };
+    const auto sort_unique = [](auto& values) {
+        std::sort(values.begin(), values.end());
+        values.erase(std::unique(values.begin(), values.end()), values.end());
+    };
+    // Splits what the charts in `indices` asked for, and returns the charts on both sides of it.
+    const auto split = [&](const std::vector<std::int32_t>& indices) {
+        std::vector<boundary_split> splits;
+        for (std::int32_t c : indices) {
+            const std::vector<boundary_split>& from = to_split[static_cast<std::size_t>(c)];
+            splits.insert(splits.end(), from.begin(), from.end());
+        }
+        sort_unique(splits);
+        boundary.split(splits);
+        std::vector<std::int32_t> touched;
+        for (const boundary_split& s : splits) {
+            const boundary_piece& piece = flat.outlines.pieces[static_cast<std::size_t>(s.edge.piece)];
+            touched.push_back(piece.right_chart);
+            if (piece.left_chart != no_chart) touched.push_back(piece.left_chart);
+        }
+        sort_unique(touched);
+        return touched;
+    };
+
+    // Once simplified, an outline can cross itself. Then the edges in question are split, and the charts on both sides looked at
+    // again. Detailed outlines never cross, so this ends. The triangulation is what decides in the end, but as it stops at the
+    // first conflict, most are found and mended before.
+    std::vector<std::int32_t> open(count);
+    for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
+    std::vector<std::int32_t> pending = open;
+    for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
+        while (!open.empty()) {
+            for_charts(open,
+                       [&](detail::chart_mesher& mesher, std::size_t c) { mesher.find_crossings(c, only_fresh, to_split[c]); });
+            open = split(open);
+            only_fresh = true;
+            pending.insert(pending.end(), open.begin(), open.end());
+        }
+        sort_unique(pending);
+        for_charts(pending, [&](detail::chart_mesher& mesher, std::size_t c) { mesher.triangulate(c, to_split[c]); });
+        open = split(pending);
+        pending = open;
+    }
+    return flat;
+}
+
+}  // namespace ldi
