@@ -1,0 +1,105 @@
+"""Photographs, crops and augmentation. Everything is uint8 until the last moment, and cheap: one thread feeds and trains."""
+import os
+
+import cv2
+import numpy as np
+import torch
+
+import masks
+
+# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
+VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with
+
+
+def names_of(folder):
+    names = sorted(f for f in os.listdir(folder) if f.lower().endswith((".jpg", ".jpeg", ".png")))
+    if not names:
+        raise SystemExit(f"no photographs in {folder}")
+    return names
+
+
+def training_names(folder):
+    return [name for i, name in enumerate(names_of(folder)) if i % VALIDATION_EVERY]
+
+
+def read_folder(folder):
+    """[(name, H x W x 3 uint8 RGB)], sorted by name."""
+    return [(n, cv2.cvtColor(cv2.imread(os.path.join(folder, n), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)) for n in names_of(folder)]
+
+
+def crop_of(rng, image, size):
+    """A random square crop, seen at half to full resolution."""
+    height, width = image.shape[:2]
+    scale = rng.uniform(min(1.0, max(0.5, size / min(height, width))), 1.0)
+    side = min(int(np.ceil(size / scale)), height, width)
+    y, x = rng.integers(height - side + 1), rng.integers(width - side + 1)
+    crop = image[y:y + side, x:x + side]
+    if side != size:
+        crop = cv2.resize(crop, (size, size), interpolation=cv2.INTER_AREA if side > size else cv2.INTER_LINEAR)
+    return crop
+
+
+def vary_colour(rng, crop):
+    """Gamma, gain and balance by a table a channel; saturation up or down; now and then the channels change places, so that no hue
+    is at home anywhere."""
+    if rng.random() < 0.25:
+        crop = crop[:, :, rng.permutation(3)]
+    if rng.random() < 0.5:
+        ramp = np.linspace(0, 1, 256)[:, None] ** rng.uniform(0.6, 1.4) * (rng.uniform(0.75, 1.1) * rng.uniform(0.9, 1.1, 3))
+        table = np.clip(ramp * 255, 0, 255).astype(np.uint8)
+        crop = cv2.LUT(np.ascontiguousarray(crop), table[None])
+    if rng.random() < 0.3:
+        s = rng.uniform(0.5, 1.6)
+        grey = np.array([[0.299, 0.587, 0.114]])
+        crop = cv2.transform(np.ascontiguousarray(crop), (s * np.eye(3) + (1 - s) * np.repeat(grey, 3, 0)).astype(np.float32))
+    return crop
+
+
+def labels_of(rng, bank, size):
+    """A mask of the bank: a random part of it, brought to the size, in one of eight orientations."""
+    while True:
+        labels = bank[rng.integers(len(bank))]
+        full = labels.shape[0]
+        side = rng.integers(size, full + 1) if full > size else full
+        y, x = rng.integers(full - side + 1), rng.integers(full - side + 1)
+        labels = labels[y:y + side, x:x + side]
+        if side != size:
+            labels = cv2.resize(labels, (size, size), interpolation=cv2.INTER_NEAREST)
+        hole, known = (labels == masks.HOLE).mean(), (labels == masks.KNOWN).mean()
+        if hole > 0.01 and known > 0.1:
+            return np.rot90(labels[::-1] if rng.random() < 0.5 else labels, rng.integers(4))
+
+
+def to_tensors(photos, labels):
+    """(image B x 3 x H x W in [0, 1], known, exists), from uint8 arrays B x H x W x 3 and B x H x W."""
+    image = torch.from_numpy(np.ascontiguousarray(photos)).permute(0, 3, 1, 2).float().div_(255)
+    labels = torch.from_numpy(np.ascontiguousarray(labels))[:, None]
+    return image, (labels == masks.KNOWN).float(), (labels != masks.ABSENT).float()
+
+
+class Photographs:
+    def __init__(self, folder):
+        named, taught = read_folder(folder), set(training_names(folder))
+        self.train = [image for name, image in named if name in taught]
+        self.held_out = [image for name, image in named if name not in taught]
+        weight = np.array([SOURCE_WEIGHT.get(name.rsplit("_", 1)[0], 1.0) for name, _ in named if name in taught])
+        self.cumulative = np.cumsum(weight / weight.sum())
+
+    def batch(self, rng, bank, count, size):
+        photos, labels = np.empty((count, size, size, 3), np.uint8), np.empty((count, size, size), np.uint8)
+        for i in range(count):
+            pick = min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)
+            crop = vary_colour(rng, crop_of(rng, self.train[pick], size))
+            photos[i] = crop[:, ::-1] if rng.random() < 0.5 else crop
+            labels[i] = labels_of(rng, bank, size)
+        return to_tensors(photos, labels)
+
+    def validation_batches(self, count, size=256, batch=8):
+        """The same crops and holes every time, without augmentation."""
+        rng, bank = np.random.default_rng(1), masks.bank(count, size, seed=2)
+        batches = []
+        for start in range(0, count, batch):
+            photos = [crop_of(rng, self.held_out[i % len(self.held_out)], size) for i in range(start, min(start + batch, count))]
+            batches.append(to_tensors(np.stack(photos), bank[start:start + batch]))
+        return batches

@@ -1,0 +1,129 @@
+"""Writes trained weights as a safetensors file that the library loads, and checks that what was written computes the same.
+
+    python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
+
+The normalisation is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
+(out x in x height x width) and `bias`. The running average of the weights is what is exported.
+"""
+import argparse
+import hashlib
+import json
+import os
+
+import numpy as np
+import torch
+
+import data
+import model
+
+CODES = {np.dtype(np.float16): "F16", np.dtype(np.float32): "F32", np.dtype(np.int32): "I32", np.dtype(np.uint8): "U8"}
+
+
+def write_safetensors(path, tensors, metadata):
+    """Eight bytes of header length, a JSON header (padded with spaces to a multiple of 8), then the tensors one after another,
+    little-endian and row-major. metadata: strings to strings."""
+    header, offset = {"__metadata__": metadata}, 0
+    for name, tensor in tensors.items():
+        header[name] = {"dtype": CODES[tensor.dtype], "shape": list(tensor.shape), "data_offsets": [offset, offset + tensor.nbytes]}
+        offset += tensor.nbytes
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)
+    with open(path + ".part", "wb") as file:
+        file.write(np.array(len(text), "<u8").tobytes())
+        file.write(text)
+        for tensor in tensors.values():
+            file.write(np.ascontiguousarray(tensor).tobytes())
+    os.replace(path + ".part", path)
+
+
+def read_safetensors(path):
+    """(tensors, metadata)"""
+    dtypes = {code: dtype for dtype, code in CODES.items()}
+    with open(path, "rb") as file:
+        header = json.loads(file.read(int(np.frombuffer(file.read(8), "<u8")[0])))
+        body = file.read()
+    metadata = header.pop("__metadata__", {})
+    tensors = {}
+    for name, entry in header.items():
+        begin, end = entry["data_offsets"]
+        tensors[name] = np.frombuffer(body[begin:end], dtypes[entry["dtype"]]).reshape(entry["shape"])
+    return tensors, metadata
+
+
+def layers(net):
+    for part in ("encoder", "decoder"):
+        for i, layer in enumerate(getattr(net, part)):
+            yield f"{part}.{i}", layer
+
+
+def folded_tensors(net, dtype):
+    tensors = {}
+    for name, layer in layers(net):
+        weight, bias = layer.folded()
+        tensors[name + ".weight"] = weight.contiguous().numpy().astype(dtype)
+        tensors[name + ".bias"] = bias.numpy().astype(dtype)
+    return tensors
+
+
+def network_of(path):
+    """The network of an exported file, in evaluation mode: how to read such a file, in Python."""
+    tensors, _ = read_safetensors(path)
+    net = model.Farbrausch().eval()
+    for name, layer in layers(net):
+        weight, bias = (torch.from_numpy(tensors[f"{name}.{part}"].astype(np.float32)) for part in ("weight", "bias"))
+        layer.weight.data, layer.norm, layer.bias = weight, None, torch.nn.Parameter(bias)
+    return net
+
+
+def architecture():
+    return {
+        "name": "farbrausch", "version": 1, "layout": "out,in,height,width", "inputs": "red, green, blue of fill - tone, known",
+        "output": "red, green, blue, to be added to fill", "colour_range": 1.0, "channels": list(model.CHANNELS),
+        "kernels": list(model.KERNELS), "decoder_kernel": 3, "decoder_inputs": "upsampled, skip", "encoder_activation": "relu",
+        "decoder_activation": f"leaky_relu {model.LEAK}, none in the last", "levels": model.LEVELS, "growth": model.GROWTH,
+    }
+
+
+def provenance(folder, state, note):
+    names = data.training_names(folder)
+    digest = hashlib.sha256("\n".join(names).encode()).hexdigest()
+    return {"photographs": len(names), "photograph_names_sha256": digest, "steps": state["step"],
+            "processor_hours": round(state["seconds"] / 3600, 2), "recipe": "examples/training/farbrausch", "note": note}
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--checkpoint", required=True)
+    p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
+    p.add_argument("--out", required=True)
+    p.add_argument("--type", choices=("float16", "float32"), default="float16")
+    p.add_argument("--note", default="", help="goes into the provenance: licences, say")
+    p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
+    a = p.parse_args()
+    state = torch.load(a.checkpoint)
+    net = model.Farbrausch().eval()
+    net.load_state_dict(state["average"])
+    write_safetensors(a.out, folded_tensors(net, a.type), {
+        "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
+
+    # a picture with odd sizes, all of it existing: on that the operators of images and of layered depth images are the same
+    generator = torch.Generator().manual_seed(1)
+    image = torch.rand(1, 3, 7, 9, generator=generator)
+    image = torch.nn.functional.interpolate(image, (75, 97), mode="bilinear", align_corners=False)
+    known, exists = torch.ones(1, 1, 75, 97), torch.ones(1, 1, 75, 97)
+    known[:, :, 20:55, 30:62] = 0
+    known[:, :, 60:, :12] = 0
+    with torch.no_grad():
+        written = network_of(a.out)
+        before, after = net(image, known, exists), written(image, known, exists)
+        fill, tone = model.smooth_fills(image, known, exists)
+    if a.example:
+        example = {"image": image[0], "known": known[0], "fill": fill[0], "tone": tone[0], "output": after[0]}
+        write_safetensors(a.example, {name: t.contiguous().numpy() for name, t in example.items()},
+                          {"format": "ldi", "name": "farbrausch example", "layout": "channel,row,column", "weights": os.path.basename(a.out)})
+    print(f"{a.out}: {os.path.getsize(a.out)} bytes; largest difference to the trained network {(before - after).abs().max():.2e} "
+          f"of an output up to {before.abs().max():.2f}")
+
+
+if __name__ == "__main__":
+    main()

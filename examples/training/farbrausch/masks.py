@@ -1,0 +1,103 @@
+"""Holes as they lie behind silhouettes. A label image: 0 known, 1 hole (to be inpainted), 2 does not exist.
+
+A foreground shape is drawn at random. The surface behind it is expanded from its outline inwards by a certain reach, as the LDI stage
+does (paper, "Hallucinating occluded geometry"): that band is the hole. The rest of the shape does not exist on the background's
+sheet. Shapes narrower than twice the reach are bridged altogether.
+"""
+import cv2
+import numpy as np
+
+KNOWN, HOLE, ABSENT = 0, 1, 2
+
+
+def smooth_noise(rng, size):
+    cells = rng.integers(3, 9)
+    return cv2.resize(rng.standard_normal((cells, cells)).astype(np.float32), (size, size), interpolation=cv2.INTER_CUBIC)
+
+
+def blobs(rng, size, share):
+    noise = smooth_noise(rng, size)
+    return (noise > np.quantile(noise, 1 - share)).astype(np.uint8)
+
+
+def polygons(rng, size):
+    shape = np.zeros((size, size), np.uint8)
+    for _ in range(rng.integers(1, 4)):
+        corners = rng.integers(3, 10)
+        angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
+        radius = rng.uniform(0.06, 0.35) * size * rng.uniform(0.5, 1.2, corners)
+        points = rng.uniform(0, size, 2) + np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
+        cv2.fillPoly(shape, [points.astype(np.int32)], 1)
+    return shape
+
+
+def ellipses(rng, size):
+    shape = np.zeros((size, size), np.uint8)
+    for _ in range(rng.integers(1, 4)):
+        centre = tuple(int(v) for v in rng.integers(0, size, 2))
+        axes = tuple(int(v) for v in rng.uniform(0.04, 0.3, 2) * size)
+        cv2.ellipse(shape, centre, axes, float(rng.uniform(0, 360)), 0, 360, 1, -1)
+    return shape
+
+
+def strokes(rng, size):
+    """Limbs, branches, poles: bent lines of even width."""
+    shape = np.zeros((size, size), np.uint8)
+    for _ in range(rng.integers(1, 5)):
+        point, angle = rng.uniform(0, size, 2), rng.uniform(0, 2 * np.pi)
+        points = [point]
+        for _ in range(rng.integers(2, 7)):
+            angle += rng.uniform(-1, 1)
+            point = point + rng.uniform(0.08, 0.25) * size * np.array([np.cos(angle), np.sin(angle)])
+            points.append(point)
+        cv2.polylines(shape, [np.array(points, np.int32)], False, 1, int(rng.integers(4, 36) * size / 256) + 1)
+    return shape
+
+
+def figure(rng, size):
+    """Head, trunk and limbs, standing on the lower edge or cut by it: the commonest foreground of all."""
+    shape = np.zeros((size, size), np.uint8)
+    scale, x, foot = rng.uniform(0.25, 1.0) * size, rng.uniform(0.15, 0.85) * size, rng.uniform(0.75, 1.4) * size
+
+    def at(dx, dy):
+        return int(x + dx * scale), int(foot - dy * scale)
+
+    cv2.ellipse(shape, at(0, 0.9), (int(0.085 * scale), int(0.11 * scale)), float(rng.uniform(-15, 15)), 0, 360, 1, -1)
+    cv2.fillPoly(shape, [np.array([at(-0.15, 0.78), at(0.15, 0.78), at(0.12, 0.4), at(-0.12, 0.4)], np.int32)], 1)
+    width = int(rng.uniform(0.07, 0.12) * scale) + 1
+    for side in (-1, 1):
+        elbow = at(side * rng.uniform(0.16, 0.3), rng.uniform(0.5, 0.75))
+        hand = at(side * rng.uniform(0.05, 0.42), rng.uniform(0.35, 0.9))
+        cv2.polylines(shape, [np.array([at(side * 0.13, 0.75), elbow, hand], np.int32)], False, 1, width)
+        cv2.line(shape, at(side * 0.07, 0.42), at(side * rng.uniform(0.04, 0.2), 0.0), 1, int(1.4 * width))
+    return shape
+
+
+def foreground(rng, size):
+    kind = rng.integers(0, 6)
+    if kind == 0:
+        return blobs(rng, size, rng.uniform(0.1, 0.4))
+    if kind == 1:
+        return blobs(rng, size, rng.uniform(0.25, 0.65))
+    return (polygons, ellipses, strokes, figure)[kind - 2](rng, size)
+
+
+def draw(rng, size=256):
+    """A label image of size x size pixels. The reach is given for 256 pixels and scales with the size."""
+    while True:
+        shape = foreground(rng, size)
+        if rng.random() < 0.3:
+            shape |= foreground(rng, size)
+        reach = rng.uniform(8, 50) * size / 256
+        hole = (shape > 0) & (cv2.distanceTransform(shape, cv2.DIST_L2, 5) <= reach)
+        if 0.01 < hole.mean() < 0.5 and shape.mean() < 0.75:
+            break
+    labels = np.zeros((size, size), np.uint8)
+    labels[shape > 0] = ABSENT
+    labels[hole] = HOLE
+    return labels
+
+
+def bank(count, size=256, seed=0):
+    rng = np.random.default_rng(seed)
+    return np.stack([draw(rng, size) for _ in range(count)])

@@ -1,0 +1,20 @@
+"""Draws the course of a training from its log. python3 plot.py FOLDER/log.tsv curve.png"""
+import csv
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+with open(sys.argv[1]) as file:
+    rows = list(csv.DictReader(file, delimiter="\t"))[1:]  # the first is the untrained network
+figure, axes = plt.subplots(1, 3, figsize=(12, 3.4))
+for axis, (name, label) in zip(axes, (("psnr", "PSNR in held-out holes (dB)"), ("colour_error", "mean colour error (of 255)"),
+                                      ("hole", "loss in holes, training"))):
+    axis.plot([float(r["processor_hours"]) for r in rows], [float(r[name]) for r in rows])
+    axis.set_xlabel("processor hours")
+    axis.set_title(label, fontsize=10)
+    axis.grid(alpha=0.3)
+figure.tight_layout()
+figure.savefig(sys.argv[2], dpi=100)

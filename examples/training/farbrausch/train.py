@@ -1,0 +1,195 @@
+"""Trains Farbrausch on a folder of photographs, for as long as it is let. See README.md.
+
+    python3 train.py --photos PHOTOS --out FOLDER
+
+Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
+To steer it, make a file there:
+
+    stop    save and end. Delete the file and start again to go on.
+    finish  let the learning rate fall to zero along a cosine over the next 10 minutes (or as many as the file says), save, end.
+"""
+import argparse
+import copy
+import math
+import os
+import signal
+import time
+
+import cv2
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+import data
+import masks
+from model import Farbrausch
+
+WARM_UP = 300  # steps
+MASKS = 4000
+GRADIENT_SCALES = 4
+VALIDATION_CROPS = 64
+
+
+def losses(y, image, known, exists):
+    """The terms of the loss, each a scalar. Only holes count (what the network says of a known pixel is never used), and through
+    the gradients their rims, where the known side makes no error."""
+    hole = exists * (1 - known)
+    area = hole.sum((1, 2, 3)).clamp(min=1)
+    error, terms = (y - image) * hole, {}
+    terms["hole"] = 6 * error.abs().sum() / (3 * area.sum())
+    # the logarithm gives an easy hole (a sky) as much to win as a hard one; PSNR is this, averaged
+    terms["decibel"] = 0.2 * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
+    gradient, weight = 0.0, exists
+    for scale in range(GRADIENT_SCALES):
+        if scale > 0:
+            error, weight, hole = (F.avg_pool2d(t, 2) for t in (error, weight, hole))
+        level = error / weight.clamp(min=1e-3)
+        for dim in (2, 3):
+            n = level.shape[dim] - 1
+            step = level.narrow(dim, 1, n) - level.narrow(dim, 0, n)
+            counts = ((hole.narrow(dim, 1, n) + hole.narrow(dim, 0, n) > 0) & (weight.narrow(dim, 1, n) * weight.narrow(dim, 0, n) > 0)).float()
+            gradient = gradient + (step.abs() * counts).sum() / (3 * counts.sum()).clamp(min=1)
+    terms["gradient"] = gradient
+    return terms
+
+
+@torch.no_grad()
+def validate(net, batches):
+    """(PSNR in dB, mean absolute colour error 0 to 255, gradient magnitude of the fill relative to the truth's), inside holes."""
+    decibels, errors, ours, true = [], [], 0.0, 0.0
+    for image, known, exists in batches:
+        hole = exists * (1 - known)
+        y = net(image, known, exists).clamp(0, 1)
+        area = 3 * hole.sum((1, 2, 3)).clamp(min=1)
+        decibels.append(-10 * torch.log10((((y - image) ** 2 * hole).sum((1, 2, 3)) / area).clamp(min=1e-6)))
+        errors.append(255 * ((y - image).abs() * hole).sum((1, 2, 3)) / area)
+        inside = hole[:, :, :, 1:] * hole[:, :, :, :-1]
+        ours += ((y[:, :, :, 1:] - y[:, :, :, :-1]).abs() * inside).sum().item()
+        true += ((image[:, :, :, 1:] - image[:, :, :, :-1]).abs() * inside).sum().item()
+    return torch.cat(decibels).mean().item(), torch.cat(errors).mean().item(), ours / true
+
+
+class Run:
+    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
+
+    def __init__(self, rate):
+        self.net = Farbrausch().to(memory_format=torch.channels_last)
+        self.average = copy.deepcopy(self.net).eval()
+        self.optimiser = torch.optim.Adam(self.net.parameters(), lr=rate, betas=(0.9, 0.99))
+        self.step, self.seconds = 0, 0.0  # seconds of processor time
+
+    def state(self):
+        return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimiser.state_dict(),
+                "step": self.step, "seconds": self.seconds}
+
+    def save(self, path):
+        torch.save(self.state(), path + ".part")
+        os.replace(path + ".part", path)
+
+    def load(self, path):
+        state = torch.load(path)
+        self.net.load_state_dict(state["net"])
+        self.average.load_state_dict(state["average"])
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.step, self.seconds = state["step"], state["seconds"]
+
+    @torch.no_grad()
+    def follow(self):
+        """Moves the average towards the network."""
+        decay = min(0.9995, (self.step + 1) / (self.step + 10))
+        for mean, value in zip(self.average.state_dict().values(), self.net.state_dict().values()):
+            mean.lerp_(value, 1 - decay) if mean.dtype.is_floating_point else mean.copy_(value)
+
+    def learn(self, batch, rate, mixed):
+        for group in self.optimiser.param_groups:
+            group["lr"] = rate
+        image, known, exists = batch
+        with torch.cpu.amp.autocast(enabled=mixed, dtype=torch.bfloat16):
+            y = self.net(image, known, exists)
+        terms = losses(y.float(), image, known, exists)
+        self.optimiser.zero_grad(set_to_none=True)
+        sum(terms.values()).backward()
+        norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
+        if not torch.isfinite(norm):
+            self.optimiser.zero_grad(set_to_none=True)
+            return None
+        self.optimiser.step()
+        self.step += 1
+        self.follow()
+        return {**{name: term.item() for name, term in terms.items()}, "norm": norm.item()}
+
+
+def arguments():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--photos", required=True, help="folder of photographs")
+    p.add_argument("--out", required=True, help="folder for checkpoints and log")
+    p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
+    p.add_argument("--batch", type=int, default=16, help="crops a step")
+    p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
+    p.add_argument("--threads", type=int, default=1)
+    p.add_argument("--float32", action="store_true", help="no bfloat16 in the convolutions (slower on processors that have it)")
+    p.add_argument("--minutes", type=float, help="ask for finish after so many minutes; default: never")
+    return p.parse_args()
+
+
+def main():
+    a = arguments()
+    torch.set_num_threads(a.threads)
+    torch.manual_seed(0)
+    cv2.setNumThreads(a.threads)
+    os.makedirs(a.out, exist_ok=True)
+
+    def path(name):
+        return os.path.join(a.out, name)
+
+    run, checkpoint = Run(a.rate), path("checkpoint.pt")
+    if os.path.exists(checkpoint):
+        run.load(checkpoint)
+    rng = np.random.default_rng([7, run.step])
+    photographs, bank = data.Photographs(a.photos), masks.bank(MASKS, seed=3)
+    validation = photographs.validation_batches(VALIDATION_CROPS)
+    print(f"{len(photographs.train)} photographs, {len(photographs.held_out)} more held out; from step {run.step}", flush=True)
+
+    asked = []
+    signal.signal(signal.SIGTERM, lambda *_: asked.append("stop"))
+    before, processor, start = run.seconds, time.process_time(), time.time()
+    saved, looked, snapped = time.time(), run.seconds if run.step > 0 else -math.inf, run.seconds
+    falls_from, falls_for, means = None, None, {}
+    while True:
+        run.seconds = before + time.process_time() - processor
+        if falls_from is None and (os.path.exists(path("finish")) or (a.minutes and time.time() - start > 60 * a.minutes)):
+            text = open(path("finish")).read().strip() if os.path.exists(path("finish")) else ""
+            falls_from, falls_for = time.time(), 60 * (float(text) if text else 10.0)
+            print(f"step {run.step}: finishing within {falls_for / 60:.0f} minutes", flush=True)
+        fallen = 0.0 if falls_from is None else (time.time() - falls_from) / falls_for
+        done = asked or fallen >= 1 or os.path.exists(path("stop"))
+        if run.seconds - looked > 600 or done:
+            looked = run.seconds
+            decibels, error, texture = validate(run.average, validation)
+            new = not os.path.exists(path("log.tsv"))
+            with open(path("log.tsv"), "a") as log:
+                names = ("hole", "decibel", "gradient", "norm")
+                if new:
+                    log.write("\t".join(("step", "processor_hours", *names, "psnr", "colour_error", "texture")) + "\n")
+                log.write("\t".join(str(v) for v in (run.step, f"{run.seconds / 3600:.4f}", *(f"{means.get(n, float('nan')):.4f}" for n in names),
+                                                     f"{decibels:.3f}", f"{error:.3f}", f"{texture:.3f}")) + "\n")
+            print(f"{time.strftime('%H:%M:%S')} step {run.step} {run.seconds / 3600:.2f} h  PSNR {decibels:.2f} dB  colour error {error:.2f}  "
+                  f"texture {texture:.2f}", flush=True)
+        if done or time.time() - saved > 300:
+            saved = time.time()
+            run.save(checkpoint)
+        if run.seconds - snapped > 3600:
+            snapped = run.seconds
+            run.save(path(f"step_{run.step:07d}.pt"))
+        if done:
+            break
+        rate = a.rate * min(1.0, (run.step + 1) / WARM_UP) * 0.5 * (1 + math.cos(math.pi * fallen))
+        for name, value in (run.learn(photographs.batch(rng, bank, a.batch, a.crop), rate, not a.float32) or {}).items():
+            means[name] = value if name not in means else 0.99 * means[name] + 0.01 * value
+    if fallen >= 1:
+        run.save(path("final.pt"))
+    print("ended", flush=True)
+
+
+if __name__ == "__main__":
+    main()
