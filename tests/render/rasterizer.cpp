@@ -413,8 +413,8 @@ TEST_CASE("malformed meshes, textures and options are refused") {
 TEST_CASE("coordinates as large as floats can be do no harm") {
     generator random(11);
     view v = view_of(16, 16);
-    for (int trial = 0; trial < 300; ++trial) {
-        if (trial == 150) v.rotation = {0.6F, 0, 0.8F, 0, 1, 0, -0.8F, 0, 0.6F};
+    for (int trial = 0; trial < 3000; ++trial) {
+        if (trial == 1500) v.rotation = {0.6F, 0, 0.8F, 0, 1, 0, -0.8F, 0, 0.6F};
         textured_mesh mesh;
         for (int i = 0; i < 9; ++i) {
             const auto any = [&] { return static_cast<float>(random.between(-1, 1) * std::pow(10.0, random.between(-38, 38))); };

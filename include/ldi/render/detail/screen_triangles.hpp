@@ -108,9 +108,18 @@ public:
     }
 
 private:
-    static camera_vertex interpolated(const camera_vertex& a, const camera_vertex& b, double t) {
-        camera_vertex result{{}, a.u + (b.u - a.u) * t, a.v + (b.v - a.v) * t};
-        for (std::size_t i = 0; i < 3; ++i) result.position[i] = a.position[i] + (b.position[i] - a.position[i]) * t;
+    /// The point where an edge meets a plane, put exactly onto it: however far the ends lie apart, it can be projected.
+    camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
+        camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v};
+        for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
+        const double side = -result.position[2] * slope_;
+        switch (plane) {
+            case 0: result.position[2] = -z_near_; break;
+            case 1: result.position[0] = -side; break;
+            case 2: result.position[0] = side; break;
+            case 3: result.position[1] = -side; break;
+            default: result.position[1] = side; break;
+        }
         return result;
     }
 
@@ -153,9 +162,9 @@ private:
             const std::size_t next = (i + 1) % count;
             if (distance[i] >= 0) corners[kept++] = before[i];
             if (distance[i] >= 0 && distance[next] < 0)
-                corners[kept++] = interpolated(before[i], before[next], distance[i] / (distance[i] - distance[next]));
+                corners[kept++] = cut(before[i], before[next], distance[i] / (distance[i] - distance[next]), plane);
             else if (distance[i] < 0 && distance[next] >= 0)
-                corners[kept++] = interpolated(before[next], before[i], distance[next] / (distance[next] - distance[i]));
+                corners[kept++] = cut(before[next], before[i], distance[next] / (distance[next] - distance[i]), plane);
         }
         return kept;
     }
