@@ -116,12 +116,11 @@ void run(const arguments& a) {
     const ldi::photo photo = ldi::load_photo(a.photo);
     const ldi::photo3d result = convert(a, photo, clock);
 
-    clock.begin("writing");
+    clock.begin("encoding");
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.colour, a.quality);
     ldi::glb_options glb_options;
     glb_options.camera = result.camera;
     const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
-    ldi::write_file(a.output, glb);
     clock.finish();
 
     const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, glb.size(), jpeg.size());
@@ -130,6 +129,7 @@ void run(const arguments& a) {
         ldi::write_file(a.report, std::as_bytes(std::span(text)));
     }
     if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages);
+    ldi::write_file(a.output, glb);  // last: where it exists, all went well
     if (!a.quiet) std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), stdout);
 }
 

@@ -1,0 +1,135 @@
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include "examples/scenes/scene.hpp"
+
+#include <ldi/core/validate.hpp>
+#include <ldi/render/camera.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace {
+
+struct converted {
+    ldi::scenes::scene scene;
+    ldi::photo3d result;
+};
+
+converted convert(const std::string& name, std::int32_t width, std::int32_t height, ldi::photo3d_options options = {}) {
+    converted c{ldi::scenes::scene_by_name(name, width, height), {}};
+    const ldi::scenes::picture picture = ldi::scenes::render(c.scene, ldi::scenes::picture_options{2, 0.7});
+    ldi::image<float> disparity = picture.disparity;
+    for (float& value : disparity) value = std::clamp(value, 0.0F, 1.0F);
+    options.normalize.is_inverse_depth = false;
+    options.normalize.assumed_range = c.scene.range;
+    options.normalize.clipped_share = 0.0F;
+    c.result = ldi::make_photo3d(picture.colour, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
+    return c;
+}
+
+// The share of pixels that show nothing, at least `margin` pixels inside the frame, when the nearest surface moves by `shift`
+// pixels.
+double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
+    const ldi::view from = ldi::moved_view(photo.camera, photo.range, 1.0F, shift_right, shift_down);
+    const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.colour, from);
+    std::size_t holes = 0, pixels = 0;
+    for (std::size_t y = margin; y + margin < ldi::height(seen.coverage); ++y)
+        for (std::size_t x = margin; x + margin < ldi::width(seen.coverage); ++x) {
+            ++pixels;
+            holes += seen.coverage(y, x, 0) == 0 ? 1U : 0U;
+        }
+    return static_cast<double>(holes) / static_cast<double>(pixels);
+}
+
+double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b, std::size_t margin) {
+    double error = 0.0;
+    std::size_t count = 0;
+    for (std::size_t y = margin; y + margin < ldi::height(a); ++y)
+        for (std::size_t x = margin; x + margin < ldi::width(a); ++x)
+            for (std::size_t c = 0; c < 3; ++c, ++count) {
+                const double difference = static_cast<double>(a(y, x, c)) - static_cast<double>(b(y, x, c));
+                error += difference * difference;
+            }
+    return 10.0 * std::log10(255.0 * 255.0 * static_cast<double>(count) / error);
+}
+
+}  // namespace
+
+TEST_CASE("beside a T-junction no hole opens until the nearest surface has moved 40 pixels") {
+    const converted c = convert("t_junction", 288, 384);
+    for (float shift : {-40.0F, -17.0F, 17.0F, 40.0F}) {
+        INFO("moved by " << shift << " pixels");
+        CHECK(uncovered_share(c.result, shift, 0.0F, 41) == 0.0);
+        CHECK(uncovered_share(c.result, 0.0F, shift, 41) == 0.0);
+    }
+}
+
+TEST_CASE("seen from the photo's place the 3D photo is the photo") {
+    for (const char* name : {"t_junction", "rods", "random3"}) {
+        const converted c = convert(name, 240, 320);
+        const ldi::rendering seen =
+            ldi::rasterize(c.result.mesh, c.result.atlas.colour, ldi::moved_view(c.result.camera, c.result.range, 1.0F, 0.0F));
+        INFO(name);
+        CHECK(psnr(seen.colour, c.result.photo, 2) > 28.0);
+        CHECK(uncovered_share(c.result, 0.0F, 0.0F, 2) == 0.0);
+    }
+}
+
+TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") {
+    const converted c = convert("t_junction", 240, 320);
+    const ldi::view from = ldi::moved_view(c.result.camera, c.result.range, 1.0F, 12.0F);
+    const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.colour, from);
+    const ldi::scenes::picture truth = ldi::scenes::render(c.scene, from, ldi::scenes::picture_options{2, 0.7});
+    CHECK(psnr(seen.colour, truth.colour, 14) > 22.0);
+}
+
+TEST_CASE("every stage leaves a sound layered image, and no pixel without colour") {
+    for (const char* name : {"rods", "random1", "random2", "random5"}) {
+        const converted c = convert(name, 150, 200);
+        const ldi::graph& g = c.result.layers.topology;
+        INFO(name);
+        CHECK_FALSE(ldi::validate_canonical(g, c.result.layers.column<ldi::disparity_column>()));
+        CHECK(c.result.charts.chart_of.size() == g.size());
+        CHECK(c.result.mesh.triangle_count() > 0);
+        // What is unknown was filled from its surroundings: nothing is as black as an unset pixel.
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            const auto colour = c.result.layers.at<ldi::colour_column>(static_cast<std::int32_t>(i));
+            REQUIRE(colour[0] + colour[1] + colour[2] > 0);
+        }
+    }
+}
+
+TEST_CASE("threads do not change the result") {
+    const ldi::scenes::scene scene = ldi::scenes::scene_by_name("random4", 150, 200);
+    const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;
+    ldi::image<float> disparity = picture.disparity;
+    for (float& value : disparity) value = std::clamp(value, 0.0F, 1.0F);
+    const ldi::given_disparity estimator{disparity};
+    const ldi::photo3d serial = ldi::make_photo3d(picture.colour, estimator, ldi::diffusion_inpainter{}, options);
+    for (std::size_t count : {2U, 5U}) {
+        ldi::thread_pool threads(count);
+        const ldi::photo3d parallel = ldi::make_photo3d(picture.colour, estimator, ldi::diffusion_inpainter{}, options, threads);
+        CHECK((parallel.mesh.positions == serial.mesh.positions));
+        CHECK((parallel.mesh.triangles == serial.mesh.triangles));
+        CHECK((parallel.atlas.colour == serial.atlas.colour));
+    }
+}
+
+TEST_CASE("the smallest photos become 3D photos") {
+    for (const auto& [rows, columns] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 7}, {9, 1}, {2, 2}, {3, 50}}) {
+        const auto photo = ldi::make_image<std::uint8_t>(rows, columns, 3, std::uint8_t{90});
+        const ldi::given_disparity estimator{ldi::make_image<float>(rows, columns, 1, 0.5F)};
+        const ldi::photo3d result = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{});
+        INFO(rows << " x " << columns);
+        CHECK(result.mesh.triangle_count() >= 2);
+        CHECK(result.layers.size() == rows * columns);
+    }
+}

@@ -1,0 +1,119 @@
+"""Runs the program photo3d as a person would: on good input, and on everything that is wrong with files.
+
+    photo3d.py PHOTO3D SOURCE_DIR
+
+Every run must end with a GLB file, or with a message that says what was expected and what was found, and then with nothing written.
+"""
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+
+PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+SAMPLE, SAMPLE_DEPTH = (os.path.join(SOURCE, "examples/photo3d", name) for name in ("sample.jpg", "sample_depth.png"))
+SHARED = os.path.join(SOURCE, "..", "shared")
+passed = failed = 0
+
+
+def png(width, height, channels=3, rows=None):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    packer, data = zlib.compressobj(1), []
+    for y in range(height):
+        data.append(packer.compress(b"\0" + (rows(y) if rows else bytes([y % 256]) * (width * channels))))
+    data.append(packer.flush())
+    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b"".join(data)) + chunk(b"IEND", b"")
+
+
+def npy(width, height, value):
+    header = ("{'descr': '<f4', 'fortran_order': False, 'shape': (%d, %d), }" % (height, width)).ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + struct.pack("<f", value) * (width * height)
+
+
+def run(name, arguments, expect=None):
+    """expect: words of the message; None if the run must succeed."""
+    global passed, failed
+    with tempfile.TemporaryDirectory() as folder:
+        output = os.path.join(folder, "out.glb")
+        result = subprocess.run([PROGRAM, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600)
+        written = os.listdir(folder)
+        if expect is None:
+            good = result.returncode == 0 and written == ["out.glb"] and open(output, "rb").read(4) == b"glTF" and result.stderr == ""
+        else:
+            # CLI11 has exit codes of its own, all above 100; a crash is negative.
+            good = result.returncode >= 1 and not written and all(word in result.stderr for word in expect)
+        if good:
+            passed += 1
+        else:
+            failed += 1
+            print(f"FAILED {name}: exit code {result.returncode}, wrote {written}, said: {result.stderr.strip()[:600]}")
+
+
+def file(folder, name, content):
+    path = os.path.join(folder, name)
+    with open(path, "wb") as out:
+        out.write(content)
+    return path
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        sample = open(SAMPLE, "rb").read()
+        small = file(folder, "small.png", png(60, 80))
+        small_depth = file(folder, "small_depth.png", png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60))))
+        depth = ["--depth", small_depth]
+
+        run("a photo and its depth map", [small, *depth])
+        run("a grey photo", [file(folder, "grey.png", png(60, 80, 1)), *depth])
+        run("a photo of one pixel", [file(folder, "one.png", png(1, 1)), "--depth", file(folder, "one_depth.png", png(1, 1, 1))])
+        run("one row of pixels", [file(folder, "row.png", png(300, 1)), "--depth", file(folder, "row_depth.png", png(300, 1, 1))])
+        run("a depth map of another size", [SAMPLE, "--depth", file(folder, "d.npy", npy(96, 128, 1.0)), "--size", "256"])
+        run("a CMYK photo", [os.path.join(SOURCE, "tests/io/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
+        run("a photo of 100 megapixels", [file(folder, "large.png", png(10000, 10000, 1)), "--depth", file(folder, "l.npy", npy(10, 10, 1.0)), "--size", "512"])
+
+        run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
+        run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
+        run("a photo cut off", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
+        run("an animation", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["a.gif", "GIF"])
+        run("a text file", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
+        run("no depth", [small], ["--depth-model", "git clone"])
+        run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
+        run("a depth map that is nowhere valid", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
+        run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
+        run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
+        run("a senseless size", [small, *depth, "--size", "0"], ["--size"])
+        run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion"])
+
+        model = os.path.join(SHARED, "tiefenrausch/model")
+        if os.path.isdir(model):
+            network, weights = (open(os.path.join(model, n), "rb").read() for n in ("tiefenrausch.pb", "tiefenrausch_init.pb"))
+            for name, first, second in (("cut", network, weights[:1000000]), ("swapped", weights, network), ("empty", b"", b"")):
+                broken = os.path.join(folder, name)
+                os.mkdir(broken)
+                file(broken, "tiefenrausch.pb", first), file(broken, "tiefenrausch_init.pb", second)
+                run(f"a depth network whose files are {name}", [small, "--depth-model", broken], ["expected", "found"])
+        else:
+            print("skipped the damaged depth network: ../shared/tiefenrausch is absent")
+
+        report = os.path.join(folder, "report.json")
+        run("a report", [small, *depth, "--report", report, "--fov", "60", "--threads", "2", "--stages", os.path.join(folder, "stages")])
+        figures = json.load(open(report))
+        missing = {"depth filter", "connected components", "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"} - set(
+            figures["milliseconds"]) | {"pixels", "layers", "charts", "triangles", "glb_bytes", "peak_memory_bytes"} - set(figures)
+        pictures = sorted(os.listdir(os.path.join(folder, "stages")))
+        global passed, failed
+        if missing or len(pictures) < 12:
+            failed += 1
+            print(f"FAILED report and pictures: missing {missing}, pictures {pictures}")
+        else:
+            passed += 1
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+sys.exit(main())
