@@ -5,7 +5,8 @@
 //   2. the bounding box is capped, so that charts pack well;
 //   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
 //      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
-//      edges; here it also holds for the hidden surfaces' inner ends, which else would bleed into the middle of what hides them.
+//      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way to
+//      a fold, in the middle of what hides it would else bleed into that.
 #pragma once
 
 #include <ldi/core/error.hpp>
@@ -44,8 +45,8 @@ struct chart_options {
     /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
     /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest.
     std::int32_t max_side = 512;
-    /// How many lattice positions beyond the end of a surface must not hold another surface of the same chart: the reach of a
-    /// texture filter. 1 to 7.
+    /// Straight ahead of a pixel, this many lattice positions hold no other surface of the same chart: the reach of a texture
+    /// filter. At least 1.
     std::int32_t filter_range = 4;
     /// Pixels closer than this in disparity are one surface (the paper's tau_disp).
     float discontinuity_threshold = 0.05F;
@@ -53,67 +54,41 @@ struct chart_options {
 
 namespace detail {
 
-/// Which pixels constraint 3 is about, and how: for each side, how far straight ahead a pixel's surface ends, and whether the
-/// pixel lies beyond the end of another.
-class surface_ends {
-public:
-    static constexpr std::int32_t longest_range = 7;
-
-    surface_ends(const graph& g, std::int32_t range)
-        : width_(g.width), codes_(g.size(), 0), slots_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1) {
-        for (std::size_t i = 0; i < g.size(); ++i) {
-            if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
-            for (side s : all_sides)
-                if (g.neighbours(s)[i] == no_pixel) add_end(g, i, s, range);
-        }
-        for (std::size_t i = 0; i < g.size(); ++i)
-            if (slot(g.x[i], g.y[i]) >= 0) codes_[i] = static_cast<std::uint16_t>(codes_[i] | beyond_bit);
-    }
-
-    /// The number of lattice positions beyond the end of some surface.
-    std::size_t slot_count() const { return static_cast<std::size_t>(slot_count_); }
-    /// A number for each such position, from 0; -1 for all others.
-    std::int32_t slot(std::int32_t x, std::int32_t y) const { return slots_[at(x, y)]; }
-    /// False for most pixels: those have nothing to do with constraint 3.
-    bool any(std::int32_t pixel) const { return codes_[static_cast<std::size_t>(pixel)] != 0; }
-    /// The number of steps to the first position beyond the surface; 0 if it goes on for the whole range, or to the border.
-    std::int32_t distance(std::int32_t pixel, side s) const { return (codes_[static_cast<std::size_t>(pixel)] >> shift(s)) & 7; }
-
-private:
-    static constexpr int beyond_bit = 1 << 12;
-
-    static int shift(side s) { return 3 * static_cast<int>(s); }
-
-    std::size_t at(std::int32_t x, std::int32_t y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-    }
-
-    void add_end(const graph& g, std::size_t last, side s, std::int32_t range) {
-        std::int32_t x = g.x[last], y = g.y[last];
-        for (std::int32_t distance = 1; distance <= range; ++distance) {
-            x += step_x(s), y += step_y(s);
-            if (x < 0 || y < 0 || x >= g.width || y >= g.height) {
-                if (distance == 1) return;
-                break;
+/// K: 1 for pixels that may have another surface straight ahead, within `range` and in the same chart: those that share their
+/// position, whose surface ends within range, or that lie where a surface has ended within range. For all others (most, in a
+/// photo) constraint 3 holds of itself.
+inline std::vector<std::uint8_t> pixels_near_other_surfaces(const graph& g, std::int32_t range) {
+    constexpr std::uint8_t taken = 1, contested = 2;
+    std::vector<std::uint8_t> positions(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+    const auto at = [&](std::int32_t x, std::int32_t y) -> std::uint8_t& {
+        return positions[static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x)];
+    };
+    std::vector<std::uint8_t> near_other(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        std::uint8_t& here = at(g.x[i], g.y[i]);
+        here = static_cast<std::uint8_t>(here == 0 ? taken : here | contested);
+        if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
+        for (side s : all_sides) {
+            if (g.neighbours(s)[i] != no_pixel) continue;
+            std::int32_t x = g.x[i], y = g.y[i], distance = 0;
+            for (; distance < range; ++distance) {
+                x += step_x(s), y += step_y(s);
+                if (x < 0 || y < 0 || x >= g.width || y >= g.height) break;
+                at(x, y) |= contested;
             }
-            std::int32_t& here = slots_[at(x, y)];
-            if (here < 0) here = slot_count_++;
-        }
-        std::int32_t pixel = static_cast<std::int32_t>(last);
-        for (std::int32_t distance = 1; distance <= range && pixel != no_pixel; ++distance) {
-            std::uint16_t& code = codes_[static_cast<std::size_t>(pixel)];
-            code = static_cast<std::uint16_t>(code | (distance << shift(s)));
-            pixel = g.neighbour(pixel, opposite(s));
+            if (distance == 0) continue;  // the border of the photo
+            std::int32_t pixel = static_cast<std::int32_t>(i);
+            for (distance = 0; distance < range && pixel != no_pixel; ++distance, pixel = g.neighbour(pixel, opposite(s)))
+                near_other[static_cast<std::size_t>(pixel)] = 1;
         }
     }
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if ((at(g.x[i], g.y[i]) & contested) != 0) near_other[i] = 1;
+    return near_other;
+}
 
-    std::int32_t width_ = 0, slot_count_ = 0;
-    std::vector<std::uint16_t> codes_;  // 3 bits a side, and beyond_bit
-    std::vector<std::int32_t> slots_;
-};
-
-/// Grows one chart after the other. Lattice positions remember the pixel and the chart that used or barred them last, so that
-/// nothing is cleared in between.
+/// Grows one chart after the other. Lattice positions remember the pixel that was put there last, so that nothing is cleared in
+/// between.
 class chart_grower {
 public:
     chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
@@ -123,9 +98,8 @@ public:
           threshold_(options.discontinuity_threshold),
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
-          ends_(g, options.filter_range),
-          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
-          allowed_(ends_.slot_count()) {
+          near_other_(pixels_near_other_surfaces(g, options.filter_range)),
+          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel) {
         result_.chart_of.assign(g.size(), -1);
     }
 
@@ -143,15 +117,10 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by side.
+    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by
+    /// side.
     struct run {
         std::int32_t first, x, y, count;
-    };
-
-    /// The disparities that a chart may have at a lattice position beyond the end of one of its surfaces.
-    struct allowance {
-        std::int32_t chart = -1;
-        float lowest = 0, highest = 0;
     };
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
@@ -209,8 +178,8 @@ private:
     bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
         if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
-        if (occupant(at(x, y)) != no_pixel) return false;
-        return !ends_.any(pixel) || is_clear_of_other_surfaces(pixel, x, y);
+        if (occupant(x, y) != no_pixel) return false;
+        return near_other_[static_cast<std::size_t>(pixel)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -218,52 +187,45 @@ private:
         occupants_[at(x, y)] = pixel;
         left_ = std::min(left_, x), right_ = std::max(right_, x);
         top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
-        if (ends_.any(pixel)) bar_other_surfaces(pixel, x, y);
     }
 
     /// The current chart's pixel at a lattice position.
-    std::int32_t occupant(std::size_t where) {
-        const std::int32_t pixel = occupants_[where];
+    std::int32_t occupant(std::int32_t x, std::int32_t y) {
+        const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
-        const std::int32_t slot = ends_.slot(x, y);
-        if (slot >= 0) {
-            const allowance& here = allowed_[static_cast<std::size_t>(slot)];
-            if (here.chart == current_ && (disparity < here.lowest || disparity > here.highest)) return false;
-        }
-        bool clear = true;
-        for_each_position_beyond_ends(pixel, x, y, [&](std::int32_t u, std::int32_t v) {
-            const std::int32_t other = occupant(at(u, v));
-            if (other != no_pixel && std::abs(disparity_[static_cast<std::size_t>(other)] - disparity) > threshold_) clear = false;
-        });
-        return clear;
-    }
-
-    void bar_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
-        for_each_position_beyond_ends(pixel, x, y, [&](std::int32_t u, std::int32_t v) {
-            allowance& there = allowed_[static_cast<std::size_t>(ends_.slot(u, v))];
-            if (there.chart != current_) there = {current_, 0.0F, 1.0F};
-            there.lowest = std::max(there.lowest, disparity - threshold_);
-            there.highest = std::min(there.highest, disparity + threshold_);
-        });
-    }
-
-    /// Visits all lattice positions that are beyond the end of a pixel's surface and within the filter range of the pixel.
-    template <class Visit>
-    void for_each_position_beyond_ends(std::int32_t pixel, std::int32_t x, std::int32_t y, Visit visit) {
         for (side s : all_sides) {
-            const std::int32_t first = ends_.distance(pixel, s);
-            if (first == 0) continue;
-            for (std::int32_t distance = first; distance <= range_; ++distance) {
-                const std::int32_t u = x + distance * step_x(s), v = y + distance * step_y(s);
+            const std::vector<std::int32_t>& links = graph_.neighbours(s);
+            std::int32_t u = x, v = y, surface = pixel;
+            bool goes_on = true;
+            for (std::int32_t distance = 1; distance <= range_; ++distance) {
+                u += step_x(s), v += step_y(s);
                 if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) break;
-                visit(u, v);
+                const std::int32_t next = goes_on ? links[static_cast<std::size_t>(surface)] : no_pixel;
+                goes_on = next != no_pixel;
+                if (goes_on) surface = next;
+                const std::int32_t other = occupant(u, v);
+                if (other == no_pixel || other == surface) continue;
+                if (differ(other, surface) || differ(pixel, surface_at(other, opposite(s), distance))) return false;
             }
         }
+        return true;
+    }
+
+    /// The pixel that many steps straight ahead, or the last one before the surface ends.
+    std::int32_t surface_at(std::int32_t pixel, side s, std::int32_t distance) const {
+        for (; distance > 0; --distance) {
+            const std::int32_t next = graph_.neighbour(pixel, s);
+            if (next == no_pixel) break;
+            pixel = next;
+        }
+        return pixel;
+    }
+
+    bool differ(std::int32_t a, std::int32_t b) const {
+        return std::abs(disparity_[static_cast<std::size_t>(a)] - disparity_[static_cast<std::size_t>(b)]) > threshold_;
     }
 
     std::size_t at(std::int32_t x, std::int32_t y) const {
@@ -275,9 +237,8 @@ private:
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
-    surface_ends ends_;
-    std::vector<std::int32_t> occupants_;  // the pixel that was last put at a lattice position
-    std::vector<allowance> allowed_;
+    std::vector<std::uint8_t> near_other_;
+    std::vector<std::int32_t> occupants_;
     std::vector<run> queue_;
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
@@ -291,8 +252,7 @@ private:
 inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
     LDI_ASSERT(disparity.size() == g.size());
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
-    if (options.filter_range < 1 || options.filter_range > detail::surface_ends::longest_range)
-        raise(error_code::invalid_option, "filter_range", "1 to 7", std::to_string(options.filter_range));
+    if (options.filter_range < 1) raise(error_code::invalid_option, "filter_range", "at least 1", std::to_string(options.filter_range));
     return detail::chart_grower(g, disparity, options).grow_all();
 }
 
