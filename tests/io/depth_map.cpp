@@ -67,8 +67,9 @@ byte_string npy_header(const std::string& dictionary, int version) {
 }
 
 byte_string npy_file(const image<float>& map, const npy_layout& layout = {}) {
-    const std::string shape =
-        layout.shape.empty() ? "(" + std::to_string(height(map)) + ", " + std::to_string(width(map)) + ")" : layout.shape;
+    std::string shape = layout.shape;
+    if (shape.empty())
+        shape.append("(").append(std::to_string(height(map))).append(", ").append(std::to_string(width(map))).append(")");
     const std::string type = std::string(layout.little_endian ? "<" : ">") + (layout.is_double ? "f8" : "f4");
     byte_string file = npy_header("{'descr': '" + type + "', 'fortran_order': " + (layout.columns_first ? "True" : "False") +
                                       ", 'shape': " + shape + ", }   \n",

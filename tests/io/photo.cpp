@@ -137,6 +137,16 @@ TEST_CASE("four channels that nothing explains are refused") {
     CHECK(raised([&] { decode_photo(file); }) == error_code::unsupported);
 }
 
+TEST_CASE("a JPEG file whose Huffman tables hold more codes than there are bytes is refused") {
+    byte_string file = encode_jpeg(smooth_picture(8, 8, 3), 80);
+    const byte_string tables = bytes_of("\xFF\xC4");
+    const auto at = std::search(file.begin(), file.end(), tables.begin(), tables.end());
+    REQUIRE(at != file.end());
+    std::fill(at + 5, at + 21, std::byte{20});  // 16 lengths of 20 codes each
+    CHECK_THAT(message_of([&] { decode_photo(file); }), Catch::Contains("a bad Huffman table"));
+    CHECK(raised([&] { decode_photo(file); }) == error_code::invalid_data);
+}
+
 TEST_CASE("an animated PNG gives its first frame") {
     const image<std::uint8_t> first = smooth_picture(4, 6, 3);
     byte_string animation = png_chunk("acTL", bytes_of(std::string_view("\0\0\0\2\0\0\0\0", 8)));

@@ -80,11 +80,13 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, std::size_t max
     return result;
 }
 
-/// What stands after `'key':` in the Python dictionary that an NPY header is; empty if the key is not there.
+/// key  with its quotes
+///
+/// Returns what stands after the key and its colon in the Python dictionary that an NPY header is; empty if the key is not there.
 inline std::string_view npy_field(std::string_view dictionary, std::string_view key) {
-    const std::size_t found = dictionary.find("'" + std::string(key) + "'");
+    const std::size_t found = dictionary.find(key);
     if (found == dictionary.npos) return {};
-    const std::size_t value = dictionary.find_first_not_of(" :", found + key.size() + 2);
+    const std::size_t value = dictionary.find_first_not_of(" :", found + key.size());
     return value == dictionary.npos ? std::string_view() : dictionary.substr(value);
 }
 
@@ -127,15 +129,15 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, std::size_t max
     if (length > bytes.size() - begin) broken("a header that is cut off");
     const std::string_view dictionary(reinterpret_cast<const char*>(bytes.data()) + begin, length);
 
-    const std::string_view type = npy_field(dictionary, "descr").substr(0, 5);
+    const std::string_view type = npy_field(dictionary, "'descr'").substr(0, 5);
     const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
     if (!is_float32 && !is_float64)
         raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
     const bool swap_bytes = (type[1] == '<') != (std::endian::native == std::endian::little);
-    const std::string_view order = npy_field(dictionary, "fortran_order");
+    const std::string_view order = npy_field(dictionary, "'fortran_order'");
     const bool columns_first = order.substr(0, 4) == "True";
     if (!columns_first && order.substr(0, 5) != "False") broken("no order in its header");
-    std::optional<std::vector<std::size_t>> shape = npy_shape(npy_field(dictionary, "shape"));
+    std::optional<std::vector<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
     if (!shape) broken("no shape in its header");
     drop_unit_axes(*shape);
     if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
