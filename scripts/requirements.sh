@@ -4,7 +4,7 @@
 #                     or "library NAME" for one that belongs to clang.
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
 
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034
 
 readonly needs_compiler=("command g++;g++")
 readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
@@ -35,7 +35,7 @@ missing_needs() {
 }
 
 require() {
-    local missing packages
+    local missing
     # The compiler comes first: it is what looks for headers.
     if [ -z "${CXX:-}" ] && ! command -v g++ >/dev/null; then
         install_or_end "${needs_compiler[@]}"
