@@ -1,0 +1,137 @@
+// Every stage on the way from photo to 3D photo at 1152 x 1536, one thread, beside the paper's times (section "Performance",
+// iPhone 11 Pro). The counter `of_paper` is our time as a share of the paper's: below 1 is faster.
+//
+// The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
+
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/networks/caffe2.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <benchmark/benchmark.h>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace {
+
+ldi::serial_executor one_thread;
+const ldi::photo3d_options options;
+
+std::optional<ldi::tiefenrausch> published_network() {
+    const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model";
+    if (!std::filesystem::exists(folder)) return std::nullopt;
+    const std::vector<std::byte> network = ldi::read_file(folder / "tiefenrausch.pb"),
+                                 weights = ldi::read_file(folder / "tiefenrausch_init.pb");
+    const auto bytes = [](const std::vector<std::byte>& v) {
+        return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(v.data()), v.size());
+    };
+    return ldi::tiefenrausch(ldi::read_caffe2(bytes(network), bytes(weights)));
+}
+
+ldi::photo3d convert() {
+#if defined(__GLIBC__)
+    // Stages free and allocate the same tens of megabytes. What the system charges for new pages every time is not the stage's
+    // work.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+    const std::filesystem::path photo = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions/iphone_mpo_a.jpg";
+    const ldi::diffusion_inpainter inpainter;
+    if (const auto network = published_network(); network && std::filesystem::exists(photo))
+        return ldi::make_photo3d(ldi::load_photo(photo).colour, *network, inpainter, options, one_thread);
+    const std::filesystem::path sample = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
+    ldi::photo3d_options sample_options = options;
+    sample_options.normalize.is_inverse_depth = false;
+    const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(sample / "sample_depth.png"))};
+    return ldi::make_photo3d(ldi::load_photo(sample / "sample.jpg").colour, depth, inpainter, sample_options, one_thread);
+}
+
+// The finished 3D photo: what every stage gets and gives.
+const ldi::photo3d& photo() {
+    static const ldi::photo3d result = convert();
+    return result;
+}
+
+/// Times `stage`; paper is in milliseconds, 0 where the paper's table has no such line.
+template <class Stage>
+void measure(const char* name, double paper, Stage stage) {
+    benchmark::RegisterBenchmark(
+        name,
+        [=](benchmark::State& state) {
+            photo();
+            for (auto _ : state) {
+                auto result = stage(state);
+                benchmark::DoNotOptimize(result);
+            }
+            if (paper > 0.0) {
+                state.counters["paper_ms"] = paper;
+                state.counters["of_paper"] =
+                    benchmark::Counter(paper * 1e-3, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+            }
+        })
+        ->Unit(benchmark::kMillisecond)
+        ->MinTime(0.3);
+}
+
+// Runs `prepare` outside the measured time.
+template <class Prepare>
+auto untimed(benchmark::State& state, Prepare prepare) {
+    state.PauseTiming();
+    auto result = prepare();
+    state.ResumeTiming();
+    return result;
+}
+
+const auto registered = [] {
+    if (const auto network = published_network())
+        measure("depth estimation", 230, [network](benchmark::State&) { return network->disparity(photo().photo, one_thread); });
+    measure("resampling to the photo", 0,
+            [](benchmark::State&) { return ldi::resample_to_photo(photo().estimated, photo().photo, options.resample); });
+    measure("depth filter", 51, [](benchmark::State&) { return ldi::weighted_median(photo().resampled, options.median); });
+    measure("connected components", 12, [](benchmark::State& state) {
+        auto disparity = untimed(state, [] { return ldi::weighted_median(photo().resampled, options.median); });
+        ldi::merge_middle_components(disparity, options.components);
+        return disparity;
+    });
+    measure("lifting", 0, [](benchmark::State&) { return ldi::lift(photo().photo, photo().disparity, options.lift); });
+    measure("occluded geometry", 31, [](benchmark::State& state) {
+        ldi::photo_layers layers = untimed(state, [] {
+            ldi::photo_layers lifted = ldi::lift(photo().photo, photo().disparity, options.lift);
+            ldi::mark_mixed_colours(lifted, options.mixed_colours);
+            return lifted;
+        });
+        const auto curves =
+            ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options.curves);
+        return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
+    });
+    measure("colour inpainting (diffusion)", 540, [](benchmark::State& state) {
+        ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
+        ldi::diffusion_inpainter().inpaint(layers, one_thread);
+        return layers;
+    });
+    measure("chart generation", 72, [](benchmark::State&) {
+        return ldi::make_charts(photo().layers.topology, photo().layers.column<ldi::disparity_column>(), options.charts);
+    });
+    measure("chart padding", 151,
+            [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
+    measure("meshing", 11, [](benchmark::State&) {
+        return ldi::build_mesh(photo().layers.topology, photo().layers.column<ldi::disparity_column>(), photo().charts,
+                               photo().atlas.placements, static_cast<std::int32_t>(ldi::width(photo().atlas.colour)),
+                               static_cast<std::int32_t>(ldi::height(photo().atlas.colour)), photo().camera, photo().range,
+                               options.mesh, one_thread);
+    });
+    return true;
+}();
+
+}  // namespace
