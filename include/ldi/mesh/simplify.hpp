@@ -22,7 +22,7 @@ struct simplify_options {
     float tolerance = 1.0F;
     /// How far the disparity of a corner may be from that of the simplified boundary: a shared boundary bends where its surface
     /// does.
-    float disparity_tolerance = 0.004F;
+    float disparity_tolerance = 0.01F;
 };
 
 /// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.

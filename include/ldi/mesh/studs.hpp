@@ -1,14 +1,16 @@
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
 //
-// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and constrain the triangulation.
-// Two things differ. Their vertices are not evenly spaced but lie where disparity bends along the stud: evenly spaced ones cost
-// about four times the error at the same number of triangles. And no vertex lies near the outline; the sweep that triangulates
-// (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so no outline needs extra vertices.
+// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and their edges are kept by the
+// triangulation. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: evenly spaced
+// ones cost several times the error at the same number of triangles. Between the studs there are single vertices where disparity
+// bends along evenly spaced rows, for else everything upright and narrower than the distance between studs would be lost; they
+// reduce the error by a quarter at the same number of vertices. And no vertex lies near the outline; the sweep that triangulates
+// (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra ones.
 #pragma once
 
 #include <ldi/core/error.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/mesh/simplify.hpp>
+#include <ldi/mesh/outlines.hpp>
 #include <ldi/texture/charts.hpp>
 
 #include <algorithm>
@@ -17,24 +19,25 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ldi {
 
 struct stud_options {
-    /// The distance between studs, in pixels, that is aimed at; at least 1.
+    /// The distance between studs, and between the rows with single vertices, that is aimed at, in pixels; at least 1.
     std::int32_t spacing = 24;
-    /// How far the disparity of a stud may be from that of its column.
-    float disparity_tolerance = 0.004F;
-    /// No vertex of a stud has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified
-    /// outlines. More than the tolerance of the outline; at most 64.
+    /// How far disparity between two vertices along a stud or row may be from linear.
+    float disparity_tolerance = 0.006F;
+    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
+    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
     std::int32_t clearance = 4;
 };
 
 /// Studs of all charts.
 struct stud_set {
     std::vector<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
-    std::vector<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1])
+    std::vector<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
     std::vector<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
@@ -44,72 +47,158 @@ stud_set make_studs(const graph& g, std::span<const float> disparity, const char
 
 namespace detail {
 
-/// Columns of disparity where studs can stand. Column k of a chart has a sample a row of its bounding box.
-struct stud_columns {
-    enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
+/// `count` lines between the ends of an extent, as evenly as whole numbers allow.
+struct even_lines {
+    std::int32_t first, extent, count;
 
-    struct chart_columns {
-        std::int32_t count = 0, height = 0;
-        std::size_t first_sample = 0;
-    };
-    std::vector<chart_columns> charts;
-    std::vector<float> samples;
-    std::vector<std::uint8_t> present;
-
-    static std::int32_t position(const chart& c, std::int32_t count, std::int32_t column) {
-        return c.x + (column + 1) * c.width / (count + 1);
+    even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
+        : first(begin), extent(length), count(std::max((length + spacing / 2) / spacing - 1, 0)) {}
+    std::int32_t position(std::int32_t line) const { return first + (line + 1) * extent / (count + 1); }
+    /// The first line that does not lie before `at`; `count` if there is none.
+    std::int32_t line_from(std::int32_t at) const {
+        return at <= first ? 0 : std::min(((at - first) * (count + 1) + extent - 1) / extent - 1, count);
     }
 };
 
-inline stud_columns sample_stud_columns(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                                        const chart_outlines& outlines, const stud_options& options) {
-    stud_columns columns;
-    columns.charts.resize(charts.charts.size());
-    std::size_t total = 0;
-    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
-        const chart& shape = charts.charts[c];
-        const std::int32_t count = std::max((shape.width + options.spacing / 2) / options.spacing - 1, 0);
-        columns.charts[c] = {count, shape.height, total};
-        total += static_cast<std::size_t>(count) * static_cast<std::size_t>(shape.height);
+/// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
+class bend_finder {
+public:
+    /// Calls found(i) for ascending indices i in [margin, size - margin).
+    template <class Function>
+    void operator()(std::span<const float> profile, float tolerance, std::size_t margin, Function&& found) {
+        keep_.assign(profile.size(), 0);
+        stack_.assign(1, {0, profile.size() - 1});
+        while (!stack_.empty()) {
+            const auto [first, last] = stack_.back();
+            stack_.pop_back();
+            const float slope = (profile[last] - profile[first]) / static_cast<float>(std::max<std::size_t>(last - first, 1));
+            float worst = tolerance, expected = profile[first];
+            std::size_t split = 0;
+            for (std::size_t i = first + 1; i < last; ++i) {
+                expected += slope;
+                const float error = std::abs(profile[i] - expected);
+                if (error > worst) worst = error, split = i;
+            }
+            if (split == 0) continue;
+            keep_[split] = 1;
+            stack_.emplace_back(first, split);
+            stack_.emplace_back(split, last);
+        }
+        for (std::size_t i = margin; i + margin < profile.size(); ++i)
+            if (keep_[i] != 0) found(i);
     }
-    columns.samples.resize(total);
-    columns.present.assign(total, stud_columns::absent);
 
-    const std::vector<std::uint8_t>& sides = outlines.boundary_sides;
-    const std::int32_t clearance = options.clearance;
-    std::int32_t begin = 0;
-    for (std::int32_t pixel_on_boundary : outlines.boundary_pixels) {
-        // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
-        const std::uint8_t at_pixel = sides[static_cast<std::size_t>(pixel_on_boundary)];
-        if ((at_pixel & side_bit(3)) != 0) begin = pixel_on_boundary;
-        if ((at_pixel & side_bit(1)) == 0) continue;
-        const std::int32_t end = pixel_on_boundary + 1;
-        if (end - begin < 2 * clearance) continue;
-        const std::size_t c = static_cast<std::size_t>(charts.chart_of[static_cast<std::size_t>(begin)]);
-        const stud_columns::chart_columns& target = columns.charts[c];
-        if (target.count == 0) continue;
-        const chart& shape = charts.charts[c];
-        const std::int32_t x = g.x[static_cast<std::size_t>(begin)], y = g.y[static_cast<std::size_t>(begin)];
-        const std::int32_t x_first = x + clearance, x_last = x + (end - begin) - clearance;
-        std::int32_t k = std::max((x_first - shape.x) * (target.count + 1) / shape.width - 1, 0);
-        for (; k < target.count; ++k) {
-            const std::int32_t at = stud_columns::position(shape, target.count, k);
-            if (at < x_first) continue;
-            if (at > x_last) break;
-            const std::size_t pixel = static_cast<std::size_t>(begin + at - x);
-            std::uint8_t around = 0;
-            for (std::size_t i = pixel - static_cast<std::size_t>(clearance); i < pixel + static_cast<std::size_t>(clearance);
-                 ++i)
-                around = static_cast<std::uint8_t>(around | sides[i]);
-            const std::size_t sample = target.first_sample +
-                                       static_cast<std::size_t>(k) * static_cast<std::size_t>(target.height) +
-                                       static_cast<std::size_t>(y - shape.y);
-            columns.samples[sample] = 0.5F * (disparity[pixel - 1] + disparity[pixel]);
-            columns.present[sample] = (around & side_bit(0)) != 0 ? stud_columns::begun : stud_columns::continued;
+private:
+    std::vector<std::uint8_t> keep_;
+    std::vector<std::pair<std::size_t, std::size_t>> stack_;
+};
+
+/// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
+class stud_sampler {
+public:
+    enum presence : std::uint8_t { absent, continued, begun };  // begun: not connected to the row above
+
+    /// Column k of a chart has one sample for each row of the chart's bounding box.
+    struct columns {
+        even_lines lines;
+        std::size_t first_sample;
+    };
+    std::vector<columns> charts;
+    std::vector<float> samples;
+    std::vector<std::uint8_t> present;
+    std::vector<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
+
+    stud_sampler(const graph& g, std::span<const float> disparity, const chart_set& all, const chart_outlines& outlines,
+                 const stud_options& options)
+        : g_(g), disparity_(disparity), sides_(outlines.boundary_sides), clearance_(options.clearance) {
+        std::size_t total = 0;
+        std::vector<even_lines> rows;
+        for (const chart& c : all.charts) {
+            charts.push_back({even_lines(c.x, c.width, options.spacing), total});
+            rows.emplace_back(c.y, c.height, options.spacing);
+            total += static_cast<std::size_t>(charts.back().lines.count) * static_cast<std::size_t>(c.height);
+        }
+        samples.resize(total);
+        present.assign(total, absent);
+        std::int32_t begin = 0;
+        for (std::int32_t pixel : outlines.boundary_pixels) {
+            // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
+            const std::uint8_t at_pixel = sides_[static_cast<std::size_t>(pixel)];
+            if ((at_pixel & side_bit(3)) != 0) begin = pixel;
+            if ((at_pixel & side_bit(1)) == 0) continue;
+            const std::int32_t end = pixel + 1;
+            if (end - begin < 2 * clearance_) continue;
+            const std::size_t c = static_cast<std::size_t>(all.chart_of[static_cast<std::size_t>(pixel)]);
+            sample_columns(begin, end, all.charts[c], charts[c]);
+            const std::int32_t y = g.y[static_cast<std::size_t>(pixel)], line = rows[c].line_from(y);
+            if (line < rows[c].count && rows[c].position(line) == y)
+                sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
         }
     }
-    return columns;
-}
+
+private:
+    void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
+        const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
+        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count; ++k) {
+            const std::int32_t at = target.lines.position(k);
+            if (at > x + (end - begin) - clearance_) break;
+            const std::int32_t pixel = begin + at - x;
+            const std::size_t sample = target.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(box.height) +
+                                       static_cast<std::size_t>(y - box.y);
+            samples[sample] = between(pixel);
+            present[sample] = (sides_around(pixel) & side_bit(0)) != 0 ? begun : continued;
+        }
+    }
+
+    void sample_row(std::int32_t begin, std::int32_t end, std::int32_t c, const even_lines& studs, float tolerance) {
+        profile_.assign(1, disparity_[static_cast<std::size_t>(begin)]);
+        for (std::int32_t i = begin + 1; i < end; ++i) profile_.push_back(between(i));
+        profile_.push_back(disparity_[static_cast<std::size_t>(end) - 1]);
+        find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), [&](std::size_t i) {
+            const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
+            const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
+            if (stud < studs.count && studs.position(stud) <= x + clearance_) return;
+            if ((sides_around(pixel) & side_bit(0)) != 0) return;
+            const std::int32_t above = g_.up[static_cast<std::size_t>(pixel)];
+            if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
+            const float d = 0.5F * (between(pixel) + between(above));
+            singles.emplace_back(c, outline_corner{x, g_.y[static_cast<std::size_t>(pixel)], d});
+        });
+    }
+
+    /// Disparity on the left side of a pixel that continues the row of the pixel before it.
+    float between(std::int32_t pixel) const {
+        return 0.5F * (disparity_[static_cast<std::size_t>(pixel) - 1] + disparity_[static_cast<std::size_t>(pixel)]);
+    }
+
+    /// The boundary sides of all pixels of a row within the clearance of a pixel's left side.
+    std::uint8_t sides_around(std::int32_t pixel) const {
+        std::uint8_t around = 0;
+        for (std::int32_t i = pixel - clearance_; i < pixel + clearance_; ++i)
+            around = static_cast<std::uint8_t>(around | sides_[static_cast<std::size_t>(i)]);
+        return around;
+    }
+
+    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
+    /// clearance.
+    bool is_clear(std::int32_t pixel, int s) const {
+        for (std::int32_t row = 1;; ++row) {
+            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            for (std::int32_t i = first; i < last; ++i)
+                if ((sides_[static_cast<std::size_t>(i)] & side_bit(1)) != 0) return false;
+            if (row == clearance_) return true;
+            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
+            pixel = (s == 0 ? g_.up : g_.down)[static_cast<std::size_t>(pixel)];
+        }
+    }
+
+    const graph& g_;
+    std::span<const float> disparity_;
+    const std::vector<std::uint8_t>& sides_;
+    std::int32_t clearance_;
+    std::vector<float> profile_;
+    bend_finder find_bends_;
+};
 
 }  // namespace detail
 
@@ -119,36 +208,44 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
         raise(error_code::invalid_option, "stud_options", "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   std::to_string(options.disparity_tolerance));
-    const detail::stud_columns columns = detail::sample_stud_columns(g, disparity, charts, outlines, options);
+    detail::stud_sampler sampled(g, disparity, charts, outlines, options);
+    std::stable_sort(sampled.singles.begin(), sampled.singles.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     stud_set result;
     result.first_vertex.push_back(0), result.first_stud.push_back(0);
-    std::vector<outline_corner> profile;
-    std::vector<std::uint8_t> keep;
-    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    const auto end_stud = [&] {
+        const std::int32_t end = static_cast<std::int32_t>(result.vertices.size());
+        if (end > result.first_vertex.back()) result.first_vertex.push_back(end);
+    };
+    std::vector<float> profile;
+    detail::bend_finder find_bends;
+    auto single = sampled.singles.begin();
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
-        const chart& shape = charts.charts[c];
-        const detail::stud_columns::chart_columns& source = columns.charts[c];
-        for (std::int32_t k = 0; k < source.count; ++k) {
-            const std::size_t first = source.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(source.height);
-            const float* const samples = columns.samples.data() + first;
-            const std::uint8_t* const present = columns.present.data() + first;
-            const std::int32_t x = detail::stud_columns::position(shape, source.count, k);
-            for (std::int32_t begin = 0, end = 0; begin < source.height; begin = end) {
+        const detail::stud_sampler::columns& columns = sampled.charts[c];
+        const std::int32_t height = charts.charts[c].height, top = charts.charts[c].y;
+        for (std::int32_t k = 0; k < columns.lines.count; ++k) {
+            const std::size_t first = columns.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(height);
+            const float* const samples = sampled.samples.data() + first;
+            const std::uint8_t* const present = sampled.present.data() + first;
+            for (std::int32_t begin = 0, end = 0; begin < height; begin = end) {
                 end = begin + 1;
-                if (present[begin] == detail::stud_columns::absent) continue;
-                while (end < source.height && present[end] == detail::stud_columns::continued) ++end;
+                if (present[begin] == detail::stud_sampler::absent) continue;
+                while (end < height && present[end] == detail::stud_sampler::continued) ++end;
                 if (end - begin < 2 * options.clearance) continue;
-                // Corners lie between rows; the first and last one, near the outline, only serve to measure the others.
-                profile.assign(1, {x, shape.y + begin, samples[begin]});
-                for (std::int32_t row = begin + 1; row < end; ++row)
-                    profile.push_back({x, shape.y + row, 0.5F * (samples[row - 1] + samples[row])});
-                profile.push_back({x, shape.y + end, samples[end - 1]});
-                detail::douglas_peucker(profile, 1.0F, options.disparity_tolerance, keep, stack);
-                for (std::int32_t i = options.clearance; i + options.clearance <= end - begin; ++i)
-                    if (keep[static_cast<std::size_t>(i)] != 0) result.vertices.push_back(profile[static_cast<std::size_t>(i)]);
-                if (static_cast<std::int32_t>(result.vertices.size()) > result.first_vertex.back())
-                    result.first_vertex.push_back(static_cast<std::int32_t>(result.vertices.size()));
+                // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
+                profile.assign(1, samples[begin]);
+                for (std::int32_t row = begin + 1; row < end; ++row) profile.push_back(0.5F * (samples[row - 1] + samples[row]));
+                profile.push_back(samples[end - 1]);
+                find_bends(profile, options.disparity_tolerance, static_cast<std::size_t>(options.clearance), [&](std::size_t i) {
+                    const std::int32_t y = top + begin + static_cast<std::int32_t>(i);
+                    result.vertices.push_back({columns.lines.position(k), y, profile[i]});
+                });
+                end_stud();
             }
+        }
+        for (; single != sampled.singles.end() && single->first == static_cast<std::int32_t>(c); ++single) {
+            result.vertices.push_back(single->second);
+            end_stud();
         }
         result.first_stud.push_back(static_cast<std::int32_t>(result.first_vertex.size()) - 1);
     }
