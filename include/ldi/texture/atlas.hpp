@@ -1,4 +1,5 @@
-// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas Generation").
+// The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
+// Generation").
 #pragma once
 
 #include <ldi/core/executor.hpp>
@@ -20,12 +21,10 @@ struct atlas_options {
     padding_options padding;
     /// The atlas is at most this wide and high, in texels: what every GPU of the last ten years takes.
     std::int32_t max_side = 8192;
-    /// The colour of blocks that no chart touches.
-    std::uint8_t empty_colour[3] = {128, 128, 128};
 };
 
 struct texture_atlas {
-    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16
+    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16; grey where no chart is
     image<texel_kind> kind;                   ///< H x W x 1: where each texel has its colour from
     std::vector<chart_placement> placements;  ///< one a chart
     float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
@@ -51,8 +50,9 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own, and
-/// only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative padding.
+/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own,
+/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative
+/// padding.
 template <executor Executor = const serial_executor>
 texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -63,13 +63,12 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     std::vector<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
-    const packing packed = pack(sizes, {options.max_side / macroblock_side});
+    const packing packed = pack(sizes, options.max_side / macroblock_side);
 
     texture_atlas atlas;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
-    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3);
-    for (std::size_t i = 0; i < atlas_height * atlas_width; ++i) std::copy_n(options.empty_colour, 3, atlas.colour.data() + 3 * i);
+    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
     atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
     atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
 

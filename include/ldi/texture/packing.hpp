@@ -85,10 +85,6 @@ private:
     rectangle_size last_size_;
 };
 
-struct packing_options {
-    std::int32_t max_side = 512;  ///< the sheet is at most this wide and high
-};
-
 namespace detail {
 
 /// Large ones first: by the longer side, then by the shorter, then in the caller's order.
@@ -97,8 +93,10 @@ inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> si
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         const rectangle_size m = sizes[a], n = sizes[b];
-        if (std::max(m.width, m.height) != std::max(n.width, n.height)) return std::max(m.width, m.height) > std::max(n.width, n.height);
-        if (std::min(m.width, m.height) != std::min(n.width, n.height)) return std::min(m.width, m.height) > std::min(n.width, n.height);
+        if (std::max(m.width, m.height) != std::max(n.width, n.height))
+            return std::max(m.width, m.height) > std::max(n.width, n.height);
+        if (std::min(m.width, m.height) != std::min(n.width, n.height))
+            return std::min(m.width, m.height) > std::min(n.width, n.height);
         if (m.width != n.width) return m.width > n.width;
         return a < b;
     });
@@ -116,9 +114,9 @@ inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std
 
 }  // namespace detail
 
-/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 2:3 to 3:2 and keeps the smallest.
+/// Packs all rectangles, each at least 1 x 1, without turning them. Tries sheets from about 1:2 to 2:1 and keeps the smallest.
 /// Raises error_code::too_large if none up to max_side x max_side holds them.
-inline packing pack(std::span<const rectangle_size> sizes, const packing_options& options = {}) {
+inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side) {
     if (sizes.empty()) return {};
     rectangle_size largest;
     std::int64_t area = 0;
@@ -139,13 +137,14 @@ inline packing pack(std::span<const rectangle_size> sizes, const packing_options
         return true;
     };
     const double side = std::sqrt(static_cast<double>(area));
-    for (double stretch = 0.84; stretch < 1.25; stretch += 0.05) {
+    for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = std::max(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
-        if (width > options.max_side) continue;
+        if (width > max_side) continue;
         // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
         std::int32_t low = std::max(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
-        const std::int32_t below_best = best.corners.empty() ? options.max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
-        std::int32_t high = std::min(options.max_side, below_best);
+        const std::int32_t below_best =
+            best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
+        std::int32_t high = std::min(max_side, below_best);
         if (low > high || !fits({width, high})) continue;
         while (low < high) {
             const std::int32_t middle = low + (high - low) / 2;
@@ -155,8 +154,8 @@ inline packing pack(std::span<const rectangle_size> sizes, const packing_options
                 low = middle + 1;
         }
     }
-    if (best.corners.empty() && !fits({options.max_side, options.max_side}))
-        raise(error_code::too_large, "pack", "a sheet of at most " + std::to_string(options.max_side) + " a side",
+    if (best.corners.empty() && !fits({max_side, max_side}))
+        raise(error_code::too_large, "pack", "a sheet of at most " + std::to_string(max_side) + " a side",
               std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
     return best;
 }

@@ -3,10 +3,10 @@
 // padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
 #pragma once
 
+#include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/texture/charts.hpp>
-#include <ldi/core/diffusion.hpp>
 
 #include <algorithm>
 #include <array>
@@ -51,10 +51,15 @@ public:
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
     chart_padder(const graph& g, std::span<const std::uint8_t> colours, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& colour, image<texel_kind>& kind)
-        : graph_(g), colours_(colours.data()), kind_of_(kind_of.data()), colour_(colour.data()), kind_(kind.data()),
+        : graph_(g),
+          colours_(colours.data()),
+          kind_of_(kind_of.data()),
+          colour_(colour.data()),
+          kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every side
+    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every
+    /// side
     ///       of the chart. Colours of texels that stay empty are left alone.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
@@ -99,8 +104,8 @@ private:
         }
     }
 
-    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts more
-    /// than that another ends.
+    /// One texel more of filter padding. Where two surfaces meet each gets half of the gap, and where one goes on that counts
+    /// more than that another ends.
     void grow_border() {
         next_border_.clear();
         for (const border_texel& b : border_) {
@@ -141,7 +146,8 @@ private:
         for (std::size_t i = 0; i < unknown_.size(); ++i) {
             const diffusion::colour_type& value = diffusion_.colour(static_cast<std::int32_t>(i) + 1);
             for (std::size_t channel = 0; channel < 3; ++channel)
-                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
+                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
+                    static_cast<std::uint8_t>(value[channel] + 0.5F);
         }
     }
 
@@ -158,7 +164,8 @@ private:
             if (seen == empty || (seen & (empty | diffused)) == 0) continue;
             open_blocks_.push_back(x);
             for (std::int32_t i = 0; i < macroblock_side; ++i)
-                std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty, texel_kind::macroblock);
+                std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty,
+                             texel_kind::macroblock);
         }
     }
 
