@@ -6,6 +6,7 @@
 #include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/depth/detail/four_floats.hpp>
 
 #include <algorithm>
 #include <array>
@@ -28,25 +29,30 @@ struct resample_options {
 
 namespace detail::resample {
 
+using namespace lanes;
+
 inline constexpr int radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
+inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
 // The samples round one of them, by ascending disparity.
 struct window {
     std::size_t count = 0;
-    std::array<float, samples> disparity, x, y, red, green, blue;
+    std::array<float, padded> disparity, x, y, red, green, blue;
 
-    // Weights by distance and by likeness in colour. exp(-a) is taken as (1 - a/32 + a^2/2048)^32, which compilers vectorise.
+    // Weights by distance and by likeness in colour. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* colour, float spatial_falloff, float colour_falloff,
-               std::array<float, samples>& weight) const {
+               std::array<float, padded>& weight) const {
         const float r = static_cast<float>(colour[0]), g = static_cast<float>(colour[1]), b = static_cast<float>(colour[2]);
-        for (std::size_t s = 0; s < samples; ++s) {
-            const float dx = x[s] - at_x, dy = y[s] - at_y, dr = red[s] - r, dg = green[s] - g, db = blue[s] - b;
-            const float exponent = spatial_falloff * (dx * dx + dy * dy) + colour_falloff * (dr * dr + dg * dg + db * db);
-            const float a = std::min(exponent * (1.0F / 32.0F), 1.0F);
-            float w = 1.0F - a + 0.5F * a * a;
+        const four_floats one = four_floats{} + 1.0F;
+        for (std::size_t s = 0; s < count; s += wide) {
+            const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
+            const four_floats dr = load(&red[s]) - r, dg = load(&green[s]) - g, db = load(&blue[s]) - b;
+            const four_floats exponent = spatial_falloff * (dx * dx + dy * dy) + colour_falloff * (dr * dr + dg * dg + db * db);
+            const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
+            four_floats w = one - a + 0.5F * a * a;
             w *= w, w *= w, w *= w, w *= w, w *= w;
-            weight[s] = w;
+            store(&weight[s], w);
         }
     }
 };
@@ -55,11 +61,13 @@ struct window {
 inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
     image<float> mean = make_image<float>(rows, columns, 3, 0.0F);
     std::vector<float> count(rows * columns, 0.0F);
+    std::vector<std::size_t> sample_column(width(photo));
+    for (std::size_t x = 0; x < width(photo); ++x) sample_column[x] = x * columns / width(photo);
     for (std::size_t y = 0; y < height(photo); ++y) {
         const std::uint8_t* from = row(photo, y);
         const std::size_t v = y * rows / height(photo);
         for (std::size_t x = 0; x < width(photo); ++x) {
-            const std::size_t i = v * columns + x * columns / width(photo);
+            const std::size_t i = v * columns + sample_column[x];
             for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
             count[i] += 1.0F;
         }
@@ -111,7 +119,7 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
             std::ptrdiff_t x, y;
         };
         std::array<neighbour, samples> nearest;
-        std::array<float, samples> weight;
+        std::array<float, padded> weight;
         window around{};
         for (std::size_t v = first; v < last; ++v)
             for (std::size_t u = 0; u < columns; ++u) {

@@ -9,19 +9,15 @@
 
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/depth/detail/four_floats.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <utility>
 #include <vector>
-
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
 
 namespace ldi {
 
@@ -34,32 +30,13 @@ struct weighted_median_options {
 
 namespace detail::median {
 
+using namespace lanes;
+
 inline constexpr std::size_t radius = 2, diameter = 5, samples = 25;
 inline constexpr float none = std::numeric_limits<float>::infinity();
 
-// Four pixels side by side: one register on every processor that ldi has kernels for.
-using vector = float __attribute__((vector_size(16)));
-inline constexpr std::size_t wide = sizeof(vector) / sizeof(float);
-
-inline vector load(const float* from) {
-    vector v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-
-inline void store(float* to, vector v) { std::memcpy(to, &v, sizeof v); }
-
-#if defined(__SSE__)
-// GCC does not see that the comparisons below are one instruction each.
-inline vector smaller(vector a, vector b) { return _mm_min_ps(a, b); }
-inline vector larger(vector a, vector b) { return _mm_max_ps(a, b); }
-#else
-inline vector smaller(vector a, vector b) { return b < a ? b : a; }
-inline vector larger(vector a, vector b) { return b < a ? a : b; }
-#endif
-
-inline void sort_two(vector& a, vector& b) {
-    const vector low = smaller(a, b);
+inline void sort_two(four_floats& a, four_floats& b) {
+    const four_floats low = smaller(a, b);
     b = larger(a, b);
     a = low;
 }
@@ -135,12 +112,12 @@ inline constexpr std::array<comparator, 9> sort_five = {{{0, 1}, {3, 4}, {2, 4},
 
 // Runs a network on registers: everything is known at compile time, so that nothing but comparators is left.
 template <const auto& Network, std::size_t... Step>
-inline void run(vector* values, std::index_sequence<Step...>) {
+inline void run(four_floats* values, std::index_sequence<Step...>) {
     (sort_two(values[Network.steps.comparators[Step].low], values[Network.steps.comparators[Step].high]), ...);
 }
 
 template <const auto& Network>
-inline void run(vector* values) {
+inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
@@ -156,13 +133,13 @@ struct sorted_columns {
     // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
     void sort(const std::array<const float*, diameter>& rows, std::size_t stride) {
         for (std::size_t x = 0; x < stride; x += wide) {
-            vector v[diameter];
+            four_floats v[diameter];
             for (std::size_t r = 0; r < diameter; ++r) v[r] = load(rows[r] + x);
             for (const comparator& c : sort_five) sort_two(v[c.low], v[c.high]);
             for (std::size_t r = 0; r < diameter; ++r) store(single[r].data() + x, v[r]);
         }
         for (std::size_t x = 0; x + wide < stride; x += wide) {
-            vector v[2 * diameter];
+            four_floats v[2 * diameter];
             for (std::size_t r = 0; r < diameter; ++r) {
                 v[r] = load(single[r].data() + x);
                 v[diameter + r] = load(single[r].data() + x + 1);
@@ -177,18 +154,18 @@ struct sorted_columns {
     // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
     // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
     // exactly.
-    vector filter(std::size_t x, vector centre, float sigma) const {
-        const vector low =
+    four_floats filter(std::size_t x, four_floats centre, float sigma) const {
+        const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
-        const vector high =
+        const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
         const auto alike = (high - centre < 0.39F * sigma) & (centre - low < 0.39F * sigma);  // weights above 1 - 1.9/26
         return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, centre, sigma);
     }
 
 private:
-    void merge(std::size_t x, vector* all) const {
-        vector v[samples];
+    void merge(std::size_t x, four_floats* all) const {
+        four_floats v[samples];
         for (std::size_t r = 0; r < 2 * diameter; ++r) {
             v[r] = load(pair[r].data() + x);
             v[2 * diameter + r] = load(pair[r].data() + x + 2);
@@ -199,31 +176,31 @@ private:
         run<merge_last>(all);
     }
 
-    vector merge_and_take_middle(std::size_t x) const {
-        vector all[samples];
+    four_floats merge_and_take_middle(std::size_t x) const {
+        four_floats all[samples];
         merge(x, all);
         return all[merge_last.order.at[samples / 2]];
     }
 
-    vector merge_and_weigh(std::size_t x, vector centre, float sigma) const {
-        vector all[samples];
+    four_floats merge_and_weigh(std::size_t x, four_floats centre, float sigma) const {
+        four_floats all[samples];
         merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
         const float falloff = 1.0F / (64.0F * sigma * sigma);
-        const vector zero = {}, one = zero + 1.0F;
-        vector weight[samples], total = zero;
+        const four_floats zero = {}, one = zero + 1.0F;
+        four_floats weight[samples], total = zero;
         for (std::size_t s = 0; s < samples; ++s) {
-            const vector difference = all[merge_last.order.at[s]] - centre;
-            const vector t = falloff * difference * difference;
-            vector w = one - t + 0.5F * t * t;
+            const four_floats difference = all[merge_last.order.at[s]] - centre;
+            const four_floats t = falloff * difference * difference;
+            four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
             weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
             total += weight[s];
         }
-        vector preceding = zero, best = zero + none, result = centre;
+        four_floats preceding = zero, best = zero + none, result = centre;
         for (std::size_t s = 0; s < samples; ++s) {
-            const vector difference = preceding + preceding + weight[s] - total;
-            const vector imbalance = difference < zero ? -difference : difference;
+            const four_floats difference = preceding + preceding + weight[s] - total;
+            const four_floats imbalance = difference < zero ? -difference : difference;
             const auto better = (weight[s] > zero) & (imbalance < best);
             best = better ? imbalance : best;
             result = better ? all[merge_last.order.at[s]] : result;
