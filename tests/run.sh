@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The whole test suite: with g++, then with the address and undefined behaviour sanitizers, then Khronos' glTF validator on the
-# sample's 3D photo. Installs what is missing. Ends with "N passed, N failed".
+# sample's 3D photo. Installs what is missing. Arguments go to CMake. Ends with "N passed, N failed".
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -10,9 +10,9 @@ source scripts/tally.sh
 
 require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
 
-build_and_test dev -DLDI_BUILD_BENCH=OFF
+build_and_test dev -DLDI_BUILD_BENCH=OFF "$@"
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones.
-exclude_labels="build|slow" build_and_test sanitize
+exclude_labels="build|slow" build_and_test sanitize "$@"
 
 sample_is_valid() {
     build/dev/examples/photo3d examples/photo3d/sample.jpg --depth examples/photo3d/sample_depth.png -o build/dev/sample.glb --quiet &&
