@@ -47,8 +47,7 @@ struct chart_options {
     /// filled their atlas best (0.72 to 0.89 of it) and coded smallest (2 to 7 % below a cap of 512) without cutting the photo at
     /// all, so only larger ones are cut.
     std::int32_t max_side = 2048;
-    /// Straight ahead of a pixel, this many lattice positions hold no other surface of the same chart: the reach of a texture
-    /// filter. 1 to 8.
+    /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
     std::int32_t filter_range = 4;
     /// Pixels at most this far apart in disparity are one surface (the paper's tau_disp).
     float discontinuity_threshold = 0.05F;
@@ -56,37 +55,29 @@ struct chart_options {
 
 namespace detail {
 
-/// K: 1 for pixels that may have another surface straight ahead, within `range` and in the same chart: those that share their
-/// position, whose surface ends within range, or that lie where a surface has ended within range. For all others (most, in a
-/// photo) constraint 3 holds of itself.
-inline std::vector<std::uint8_t> pixels_near_other_surfaces(const graph& g, std::int32_t range) {
+/// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
+/// at others are never of different surfaces within that range, so there constraint 3 holds of itself: almost everywhere, in a
+/// photo.
+inline std::vector<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
-    std::vector<std::uint8_t> positions(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
-    const auto at = [&](std::int32_t x, std::int32_t y) -> std::uint8_t& {
-        return positions[static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(x)];
-    };
-    std::vector<std::uint8_t> near_other(g.size(), 0);
+    const std::size_t columns = static_cast<std::size_t>(g.width);
+    std::vector<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
+    const auto row_of = [&](std::int32_t y) { return positions.data() + static_cast<std::size_t>(y) * columns; };
     for (std::size_t i = 0; i < g.size(); ++i) {
-        std::uint8_t& here = at(g.x[i], g.y[i]);
-        here = static_cast<std::uint8_t>(here == 0 ? taken : here | contested);
+        const std::int32_t x = g.x[i], y = g.y[i];
+        std::uint8_t& here = row_of(y)[x];
+        here = static_cast<std::uint8_t>((here & taken) == 0 ? here | taken : here | contested);
         if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
-        for (side s : all_sides) {
-            if (g.neighbours(s)[i] != no_pixel) continue;
-            std::int32_t x = g.x[i], y = g.y[i], distance = 0;
-            for (; distance < range; ++distance) {
-                x += step_x(s), y += step_y(s);
-                if (x < 0 || y < 0 || x >= g.width || y >= g.height) break;
-                at(x, y) |= contested;
-            }
-            if (distance == 0) continue;  // the border of the photo
-            std::int32_t pixel = static_cast<std::int32_t>(i);
-            for (distance = 0; distance < range && pixel != no_pixel; ++distance, pixel = g.neighbour(pixel, opposite(s)))
-                near_other[static_cast<std::size_t>(pixel)] = 1;
-        }
+        const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
+                          (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
+        if (!ends) continue;
+        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width - 1);
+        const std::int32_t last = std::min<std::int32_t>(y + range, g.height - 1);
+        for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
+            for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
     }
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if ((at(g.x[i], g.y[i]) & contested) != 0) near_other[i] = 1;
-    return near_other;
+    for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
+    return positions;
 }
 
 inline constexpr std::int32_t max_filter_range = 8;
@@ -102,7 +93,7 @@ public:
           threshold_(options.discontinuity_threshold),
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
-          near_other_(pixels_near_other_surfaces(g, options.filter_range)),
+          near_other_(positions_near_other_surfaces(g, options.filter_range)),
           occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
           cell_columns_(static_cast<std::size_t>(g.width / cell_side + 1)),
           cells_(cell_columns_ * static_cast<std::size_t>(g.height / cell_side + 1)) {
@@ -194,8 +185,7 @@ private:
         if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
         if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
         if (occupant(x, y) != no_pixel) return false;
-        return near_other_[static_cast<std::size_t>(pixel)] == 0 || !has_other_disparities_around(pixel, x, y) ||
-               is_clear_of_other_surfaces(pixel, x, y);
+        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
     }
 
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -203,7 +193,7 @@ private:
         occupants_[at(x, y)] = pixel;
         left_ = std::min(left_, x), right_ = std::max(right_, x);
         top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
-        if (near_other_[static_cast<std::size_t>(pixel)] != 0) {
+        if (near_other_[at(x, y)] != 0) {
             const float disparity = disparity_[static_cast<std::size_t>(pixel)];
             cell& c = cell_at(x, y);
             if (c.chart != current_) c = {current_, disparity, disparity};
@@ -215,50 +205,56 @@ private:
         return cells_[static_cast<std::size_t>(y / cell_side) * cell_columns_ + static_cast<std::size_t>(x / cell_side)];
     }
 
-    bool has_other_disparities_around(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
-        const auto differs = [&](const cell& c) {
-            return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
-        };
-        return differs(cell_at(std::max<std::int32_t>(x - range_, 0), y)) ||
-               differs(cell_at(x, std::max<std::int32_t>(y - range_, 0))) ||
-               differs(cell_at(std::min<std::int32_t>(x + range_, graph_.width - 1), y)) ||
-               differs(cell_at(x, std::min<std::int32_t>(y + range_, graph_.height - 1)));
-    }
-
     /// The current chart's pixel at a lattice position.
     std::int32_t occupant(std::int32_t x, std::int32_t y) {
         const std::int32_t pixel = occupants_[at(x, y)];
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
+    /// What is within the filter's reach of a position.
+    struct window {
+        std::int32_t left, right, top, bottom;
+    };
+    window around(std::int32_t x, std::int32_t y) const {
+        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width - 1),
+                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height - 1)};
+    }
+
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
-        for (side s : all_sides) {
-            const std::vector<std::int32_t>& links = graph_.neighbours(s);
-            std::int32_t u = x, v = y, surface = pixel;
-            bool goes_on = true;
-            for (std::int32_t distance = 1; distance <= range_; ++distance) {
-                u += step_x(s), v += step_y(s);
-                if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) break;
-                const std::int32_t next = goes_on ? links[static_cast<std::size_t>(surface)] : no_pixel;
-                goes_on = next != no_pixel;
-                if (goes_on) surface = next;
+        const window w = around(x, y);
+        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        const auto has_others = [&](const cell& c) {
+            return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
+        };
+        if (!has_others(cell_at(w.left, w.top)) && !has_others(cell_at(w.right, w.top)) &&
+            !has_others(cell_at(w.left, w.bottom)) && !has_others(cell_at(w.right, w.bottom)))
+            return true;
+        for (std::int32_t v = w.top; v <= w.bottom; ++v)
+            for (std::int32_t u = w.left; u <= w.right; ++u) {
                 const std::int32_t other = occupant(u, v);
-                if (other == no_pixel || !differ(other, pixel) || other == surface) continue;
-                if (differ(other, surface) || differ(pixel, surface_at(other, opposite(s), distance))) return false;
+                if (other == no_pixel || !differ(other, pixel)) continue;
+                if (is_off_surface(pixel, u - x, v - y, other) || is_off_surface(other, x - u, y - v, pixel)) return false;
             }
-        }
         return true;
     }
 
-    /// The pixel that many steps straight ahead, or the last one before the surface ends.
-    std::int32_t surface_at(std::int32_t pixel, side s, std::int32_t distance) const {
-        for (; distance > 0; --distance) {
-            const std::int32_t next = graph_.neighbour(pixel, s);
-            if (next == no_pixel) break;
-            pixel = next;
-        }
-        return pixel;
+    /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
+    /// the other way, or where the surface ends before.
+    bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
+        const std::vector<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
+        const std::vector<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
+        const auto walk = [&](const std::vector<std::int32_t>& first, std::int32_t first_steps,
+                              const std::vector<std::int32_t>& second, std::int32_t second_steps) {
+            std::int32_t at = pixel;
+            for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
+                const std::int32_t next = (step < first_steps ? first : second)[static_cast<std::size_t>(at)];
+                if (next == no_pixel) break;
+                at = next;
+            }
+            return at;
+        };
+        return differ(other, walk(along_x, std::abs(steps_x), along_y, std::abs(steps_y))) &&
+               differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
     bool differ(std::int32_t a, std::int32_t b) const {
