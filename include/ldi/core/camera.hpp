@@ -46,7 +46,15 @@ struct depth_range {
     float z_near = 1.0F;  ///< depth of disparity 1, in metres where known
     float z_far = 10.0F;  ///< depth of disparity 0
 
-    float depth(float disparity) const { return 1.0F / (1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far)); }
+    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
+    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
+
+    /// How far, in pixels, a texture drawn in perspective-correct fashion lies from where the photo has it, at worst, along an
+    /// edge of `length` pixels between these disparities: renderers move the middle of an edge towards its nearer end.
+    float texture_shift(float length, float disparity_a, float disparity_b) const {
+        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
+    }
 };
 
 }  // namespace ldi

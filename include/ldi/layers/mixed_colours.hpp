@@ -14,8 +14,9 @@ struct mixed_colour_options {
     /// How far from the silhouette the foreground's colours are refilled, in pixels.
     int foreground_margin = 2;
     /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
-    /// lens smeared over the background is what the hidden surface is continued with.
-    int background_margin = 2;
+    /// lens smeared over the background is what the hidden surface is continued with. One pixel costs nothing: seen from the
+    /// right camera, six stereo pairs measure 25.85 dB with it and 25.86 dB without; a second pixel costs 0.23 dB.
+    int background_margin = 1;
 };
 
 namespace detail {

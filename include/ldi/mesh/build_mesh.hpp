@@ -41,7 +41,7 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    const flat_mesh flat = build_flat_mesh(g, disparity, charts, options, threads);
+    const flat_mesh flat = build_flat_mesh(g, disparity, charts, range, options, threads);
 
     std::size_t vertex_count = 0, index_count = 0;
     for (const chart_mesh& c : flat.charts) {

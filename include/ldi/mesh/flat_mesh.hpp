@@ -46,8 +46,8 @@ struct flat_mesh {
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
 template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
-                          Executor& threads);
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
+                          const mesh_options& options, Executor& threads);
 
 namespace detail {
 
@@ -219,15 +219,15 @@ private:
 }  // namespace detail
 
 template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const mesh_options& options,
-                          Executor& threads) {
+flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
+                          const mesh_options& options, Executor& threads) {
     if (!(options.outlines.tolerance < static_cast<float>(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
     flat_mesh flat;
     flat.outlines = trace_outlines(g, disparity, charts);
-    flat.studs = make_studs(g, disparity, charts, flat.outlines, options.studs);
-    simplified_boundary boundary(flat.outlines, options.outlines);
+    flat.studs = make_studs(g, disparity, charts, flat.outlines, options.studs, range);
+    simplified_boundary boundary(flat.outlines, options.outlines, range);
     const std::size_t count = charts.charts.size();
     flat.charts.resize(count);
     std::vector<std::vector<boundary_split>> to_split(count);

@@ -2,6 +2,7 @@
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 #pragma once
 
+#include <ldi/core/camera.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/mesh/outlines.hpp>
 
@@ -23,6 +24,8 @@ struct simplify_options {
     /// How far the disparity of a corner may be from that of the simplified boundary: a shared boundary bends where its surface
     /// does.
     float disparity_tolerance = 0.01F;
+    /// How far, in pixels, an edge may shift the texture along it when it is drawn (depth_range::texture_shift).
+    float texture_tolerance = 0.5F;
 };
 
 /// One edge of the simplified boundary: from corner number `index` of what is left of a piece to the one after it.
@@ -49,7 +52,7 @@ struct boundary_split {
 class simplified_boundary {
 public:
     /// Raises invalid_option if a tolerance is negative. `outlines` must outlive the result.
-    simplified_boundary(const chart_outlines& outlines, const simplify_options& options);
+    simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
         const range& r = ranges_[static_cast<std::size_t>(piece)];
@@ -88,14 +91,15 @@ private:
 namespace detail {
 
 /// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
-/// the tolerance, or that of its disparity in units of the other, whichever is larger.
-inline void douglas_peucker(std::span<const outline_corner> points, float tolerance, float disparity_tolerance,
+/// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
+/// the texture too far is cut in the middle.
+inline void douglas_peucker(std::span<const outline_corner> points, const simplify_options& options, const depth_range& range,
                             std::vector<std::uint8_t>& keep, std::vector<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
-    const float inverse_tolerance = 1.0F / std::max(tolerance, 1e-3F);
-    const float inverse_disparity_tolerance = 1.0F / std::max(disparity_tolerance, 1e-6F);
+    const float inverse_tolerance = 1.0F / std::max(options.tolerance, 1e-3F);
+    const float inverse_disparity_tolerance = 1.0F / std::max(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
     while (!stack.empty()) {
         const auto [first, last] = stack.back();
@@ -116,6 +120,8 @@ inline void douglas_peucker(std::span<const outline_corner> points, float tolera
             const float error = std::max(ex * ex + ey * ey, ed * ed);
             if (error > worst) worst = error, split = i;
         }
+        if (split < 0 && range.texture_shift(std::sqrt(squared_length), a.disparity, b.disparity) > options.texture_tolerance)
+            split = first + (last - first) / 2;
         if (split < 0) continue;
         keep[static_cast<std::size_t>(split)] = 1;
         stack.emplace_back(first, split);
@@ -125,11 +131,13 @@ inline void douglas_peucker(std::span<const outline_corner> points, float tolera
 
 }  // namespace detail
 
-inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, const simplify_options& options)
+inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, const simplify_options& options,
+                                                const depth_range& depths)
     : outlines_(outlines) {
-    if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0))
-        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0",
-              std::to_string(options.tolerance) + " and " + std::to_string(options.disparity_tolerance));
+    if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0) || !(options.texture_tolerance > 0))
+        raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
+              std::to_string(options.tolerance) + ", " + std::to_string(options.disparity_tolerance) + " and " +
+                  std::to_string(options.texture_tolerance));
     std::vector<outline_corner> points;
     std::vector<std::uint8_t> keep;
     std::vector<std::pair<std::int32_t, std::int32_t>> stack;
@@ -139,7 +147,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         points.assign(1, corner(p.start));
         points.insert(points.end(), inner, inner + p.inner_count);
         points.push_back(corner(p.end));
-        detail::douglas_peucker(points, options.tolerance, options.disparity_tolerance, keep, stack);
+        detail::douglas_peucker(points, options, depths, keep, stack);
         const std::size_t first = kept_.size();
         kept_.push_back(p.start);
         for (std::int32_t i = 0; i < p.inner_count; ++i)

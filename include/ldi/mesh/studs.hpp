@@ -8,6 +8,7 @@
 // (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra ones.
 #pragma once
 
+#include <ldi/core/camera.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/outlines.hpp>
@@ -32,6 +33,9 @@ struct stud_options {
     /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
     /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
     std::int32_t clearance = 4;
+    /// How far, in pixels, triangles may shift the texture when it is drawn (depth_range::texture_shift). On slanted surfaces
+    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
+    float texture_tolerance = 0.5F;
 };
 
 /// Studs of all charts.
@@ -43,7 +47,7 @@ struct stud_set {
 
 /// Places the studs of all charts. `outlines` are those of the same charts. Raises invalid_option.
 stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options);
+                    const stud_options& options, const depth_range& range = {});
 
 namespace detail {
 
@@ -63,9 +67,11 @@ struct even_lines {
 /// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
 class bend_finder {
 public:
-    /// Calls found(i) for ascending indices i in [margin, size - margin).
-    template <class Function>
-    void operator()(std::span<const float> profile, float tolerance, std::size_t margin, Function&& found) {
+    /// Calls found(i) for ascending indices i in [margin, size - margin). A stretch [first, last] without bends is cut in the
+    /// middle if is_too_long(first, last).
+    template <class TooLong, class Function>
+    void operator()(std::span<const float> profile, float tolerance, std::size_t margin, TooLong&& is_too_long,
+                    Function&& found) {
         keep_.assign(profile.size(), 0);
         stack_.assign(1, {0, profile.size() - 1});
         while (!stack_.empty()) {
@@ -79,6 +85,7 @@ public:
                 const float error = std::abs(profile[i] - expected);
                 if (error > worst) worst = error, split = i;
             }
+            if (split == 0 && last - first > 1 && is_too_long(first, last)) split = first + (last - first) / 2;
             if (split == 0) continue;
             keep_[split] = 1;
             stack_.emplace_back(first, split);
@@ -109,12 +116,12 @@ public:
     std::vector<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
 
     stud_sampler(const graph& g, std::span<const float> disparity, const chart_set& all, const chart_outlines& outlines,
-                 const stud_options& options)
+                 const stud_options& options, const depth_range& range)
         : g_(g), disparity_(disparity), sides_(outlines.boundary_sides), clearance_(options.clearance) {
         std::size_t total = 0;
         std::vector<even_lines> rows;
         for (const chart& c : all.charts) {
-            charts.push_back({even_lines(c.x, c.width, options.spacing), total});
+            charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
             rows.emplace_back(c.y, c.height, options.spacing);
             total += static_cast<std::size_t>(charts.back().lines.count) * static_cast<std::size_t>(c.height);
         }
@@ -137,6 +144,24 @@ public:
     }
 
 private:
+    /// The distance between studs at which nine tenths of the chart keep within the tolerance of the texture.
+    std::int32_t spacing_for(const chart& c, const stud_options& options, const depth_range& range) {
+        constexpr std::size_t stride = 61, reach = 8;  // every so many pixels, the slope over so many
+        shifts_.clear();
+        const float spacing = static_cast<float>(options.spacing);
+        for (std::size_t i = 0; i + reach < c.pixels.size(); i += stride) {
+            const std::size_t a = static_cast<std::size_t>(c.pixels[i]), b = static_cast<std::size_t>(c.pixels[i + reach]);
+            if (b != a + reach || g_.y[a] != g_.y[b] || g_.x[b] != g_.x[a] + static_cast<std::int32_t>(reach)) continue;
+            shifts_.push_back(range.texture_shift(spacing * spacing / static_cast<float>(reach), disparity_[a], disparity_[b]));
+        }
+        if (shifts_.empty()) return options.spacing;
+        const auto rank = shifts_.begin() + static_cast<std::ptrdiff_t>(shifts_.size() * 9 / 10);
+        std::nth_element(shifts_.begin(), rank, shifts_.end());
+        if (*rank <= options.texture_tolerance) return options.spacing;
+        const std::int32_t closer = static_cast<std::int32_t>(spacing * std::sqrt(options.texture_tolerance / *rank));
+        return std::min(std::max(closer, 2 * options.clearance), options.spacing);
+    }
+
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
         const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
         for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count; ++k) {
@@ -154,7 +179,8 @@ private:
         profile_.assign(1, disparity_[static_cast<std::size_t>(begin)]);
         for (std::int32_t i = begin + 1; i < end; ++i) profile_.push_back(between(i));
         profile_.push_back(disparity_[static_cast<std::size_t>(end) - 1]);
-        find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), [&](std::size_t i) {
+        const auto never = [](std::size_t, std::size_t) { return false; };
+        find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
             const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
             const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
             if (stud < studs.count && studs.position(stud) <= x + clearance_) return;
@@ -196,19 +222,21 @@ private:
     std::span<const float> disparity_;
     const std::vector<std::uint8_t>& sides_;
     std::int32_t clearance_;
-    std::vector<float> profile_;
+    std::vector<float> profile_, shifts_;
     bend_finder find_bends_;
 };
 
 }  // namespace detail
 
 inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                           const chart_outlines& outlines, const stud_options& options) {
-    if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0))
-        raise(error_code::invalid_option, "stud_options", "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0",
+                           const chart_outlines& outlines, const stud_options& options, const depth_range& range) {
+    if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
+        !(options.texture_tolerance > 0))
+        raise(error_code::invalid_option, "stud_options",
+              "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
-                  std::to_string(options.disparity_tolerance));
-    detail::stud_sampler sampled(g, disparity, charts, outlines, options);
+                  std::to_string(options.disparity_tolerance) + ", " + std::to_string(options.texture_tolerance));
+    detail::stud_sampler sampled(g, disparity, charts, outlines, options, range);
     std::stable_sort(sampled.singles.begin(), sampled.singles.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     stud_set result;
@@ -236,10 +264,29 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
                 profile.assign(1, samples[begin]);
                 for (std::int32_t row = begin + 1; row < end; ++row) profile.push_back(0.5F * (samples[row - 1] + samples[row]));
                 profile.push_back(samples[end - 1]);
-                find_bends(profile, options.disparity_tolerance, static_cast<std::size_t>(options.clearance), [&](std::size_t i) {
-                    const std::int32_t y = top + begin + static_cast<std::int32_t>(i);
-                    result.vertices.push_back({columns.lines.position(k), y, profile[i]});
-                });
+                // The texture shifts along the stud, and on the way to the next stud where that is nearer or farther.
+                const std::size_t shortest = 2 * static_cast<std::size_t>(options.clearance);
+                const auto is_too_long = [&](std::size_t a, std::size_t b) {
+                    if (b - a < shortest) return false;
+                    const float length = static_cast<float>(b - a);
+                    float shift = range.texture_shift(length, profile[a], profile[b]);
+                    for (std::size_t i : {a, b}) {
+                        const std::size_t row = std::min(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
+                        for (const std::ptrdiff_t to_next :
+                             {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
+                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count) continue;
+                            const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
+                            if (present[next] != detail::stud_sampler::absent)
+                                shift = std::max(shift, range.texture_shift(length, samples[row], samples[next]));
+                        }
+                    }
+                    return shift > options.texture_tolerance;
+                };
+                find_bends(profile, options.disparity_tolerance, static_cast<std::size_t>(options.clearance), is_too_long,
+                           [&](std::size_t i) {
+                               const std::int32_t y = top + begin + static_cast<std::int32_t>(i);
+                               result.vertices.push_back({columns.lines.position(k), y, profile[i]});
+                           });
                 end_stud();
             }
         }
