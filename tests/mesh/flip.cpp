@@ -1,0 +1,84 @@
+#include <ldi/mesh/flip.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/mesh/random_polygons.hpp>
+
+namespace {
+
+// Positive if d lies inside the circle round a, b, c, which run counter-clockwise on screen (y downwards).
+std::int64_t in_circle(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_point c, ldi::lattice_point d) {
+    const std::int64_t ax = a.x - d.x, ay = a.y - d.y, bx = b.x - d.x, by = b.y - d.y, cx = c.x - d.x, cy = c.y - d.y;
+    const std::int64_t aa = ax * ax + ay * ay, bb = bx * bx + by * by, cc = cx * cx + cy * cy;
+    return -(ax * (by * cc - bb * cy) - ay * (bx * cc - bb * cx) + aa * (bx * cy - by * cx));
+}
+
+}  // namespace
+
+TEST_CASE("After flipping, every edge that is not a chain's is locally Delaunay, and the polygon is still covered once") {
+    ldi::triangulator triangulate;
+    ldi::triangulation t;
+    std::vector<std::int32_t> stack;
+    std::size_t inner_edges = 0;
+    for (std::uint32_t seed = 0; seed < 2000; ++seed) {
+        const ldi_test::charted_graph c = ldi_test::random_charts(seed, 12);
+        const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
+        std::mt19937 random(seed);
+        for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
+            ldi::polygon p = ldi_test::chart_polygon(outlines, chart, 10, seed % 2 == 0 ? 0 : 2, random);
+            ldi_test::add_inner_chains(p, c, chart, 10, random);
+            REQUIRE_FALSE(triangulate(p, t));
+            ldi::flip_to_delaunay(p.points, t, stack);
+            ldi_test::require_triangulation(p, t);
+            for (std::size_t h = 0; h < t.mates.size(); ++h) {
+                if (t.mates[h] < 0) continue;
+                const std::size_t f = h - h % 3, m = static_cast<std::size_t>(t.mates[h]);
+                const std::size_t beyond = m % 3 == 0 ? m + 2 : m - 1;
+                ++inner_edges;
+                REQUIRE(in_circle(p.points[t.triangles[f]], p.points[t.triangles[f + 1]], p.points[t.triangles[f + 2]],
+                                  p.points[t.triangles[beyond]]) <= 0);
+            }
+        }
+    }
+    REQUIRE(inner_edges > 100000);
+}
+
+TEST_CASE("The better diagonal of a kite is taken") {
+    ldi::polygon p;
+    p.points = {{0, -1}, {10, 0}, {0, 1}, {-10, 0}};
+    p.next = {1, 2, 3, 0};
+    p.outline_count = 4;
+    ldi::triangulation t;
+    std::vector<std::int32_t> stack;
+    for (const auto& [first, second] : {std::pair{0, 2}, std::pair{1, 3}}) {
+        // Both triangulations of the kite.
+        const std::uint32_t a = static_cast<std::uint32_t>(first), c = static_cast<std::uint32_t>(second);
+        const std::uint32_t b = (a + 1) % 4, d = (c + 1) % 4;
+        t.triangles = {c, b, a, a, d, c};
+        t.mates = {-1, -1, 5, -1, -1, 2};
+        ldi::flip_to_delaunay(p.points, t, stack);
+        ldi_test::require_triangulation(p, t);
+        bool has_short_diagonal = false;
+        for (std::size_t h = 0; h < 6; ++h)
+            if (t.triangles[h] == 0 && t.triangles[h % 3 == 2 ? h - 2 : h + 1] == 2) has_short_diagonal = true;
+        REQUIRE(has_short_diagonal);
+    }
+}
+
+TEST_CASE("Coordinates beyond 2^14 still give a triangulation") {
+    std::mt19937 random(3);
+    ldi::triangulator triangulate;
+    ldi::triangulation t;
+    std::vector<std::int32_t> stack;
+    constexpr std::int32_t side = 1 << 18;
+    ldi::polygon p;
+    p.points = {{0, 0}, {side, 0}, {side, side}, {0, side}};
+    p.next = {1, 2, 3, 0};
+    p.outline_count = 4;
+    for (int i = 0; i < 500; ++i) {
+        p.points.push_back({1 + static_cast<std::int32_t>(random() % (side - 1)), 1 + static_cast<std::int32_t>(random() % (side - 1))});
+        p.next.push_back(-1);
+    }
+    REQUIRE_FALSE(triangulate(p, t));
+    ldi::flip_to_delaunay(p.points, t, stack);
+    ldi_test::require_triangulation(p, t);
+}
