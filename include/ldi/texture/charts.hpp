@@ -95,8 +95,9 @@ public:
           cap_y_(even_share(g.height, options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
           occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
-          cell_columns_(static_cast<std::size_t>(g.width / cell_side + 1)),
-          cells_(cell_columns_ * static_cast<std::size_t>(g.height / cell_side + 1)) {
+          cell_shift_(cell_shift(options.filter_range)),
+          cell_columns_(static_cast<std::size_t>((g.width >> cell_shift_) + 1)),
+          cells_(cell_columns_ * static_cast<std::size_t>((g.height >> cell_shift_) + 1)) {
         result_.chart_of.assign(g.size(), -1);
     }
 
@@ -114,8 +115,6 @@ public:
     }
 
 private:
-    static constexpr std::int32_t cell_side = max_filter_range;
-
     /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by
     /// side.
     struct run {
@@ -128,6 +127,13 @@ private:
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
+
+    /// Cells of 2^shift a side, so large that the filter's reach to both sides touches no more than two.
+    static int cell_shift(std::int32_t range) {
+        int shift = 1;
+        while ((1 << shift) < 2 * range) ++shift;
+        return shift;
+    }
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
         const std::int32_t pieces = std::max<std::int32_t>((length + cap - 1) / cap, 1);
@@ -202,7 +208,7 @@ private:
     }
 
     cell& cell_at(std::int32_t x, std::int32_t y) {
-        return cells_[static_cast<std::size_t>(y / cell_side) * cell_columns_ + static_cast<std::size_t>(x / cell_side)];
+        return cells_[static_cast<std::size_t>(y >> cell_shift_) * cell_columns_ + static_cast<std::size_t>(x >> cell_shift_)];
     }
 
     /// The current chart's pixel at a lattice position.
@@ -272,6 +278,7 @@ private:
     std::int32_t cap_x_, cap_y_;
     std::vector<std::uint8_t> near_other_;
     std::vector<std::int32_t> occupants_;
+    int cell_shift_;
     std::size_t cell_columns_;
     std::vector<cell> cells_;
     std::vector<run> queue_;

@@ -1,0 +1,147 @@
+#include "tests/texture/photo_scene.hpp"
+
+#include <ldi/texture/atlas.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+namespace {
+
+using namespace ldi;
+using namespace ldi::testing;
+
+bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::refilled || k == texel_kind::occluded; }
+
+void check_atlas(const photo_layers& layers, const chart_set& charts, const texture_atlas& atlas, const atlas_options& options) {
+    const graph& g = layers.topology;
+    const std::size_t rows = height(atlas.kind), columns = width(atlas.kind);
+    REQUIRE(height(atlas.colour) == rows);
+    REQUIRE(width(atlas.colour) == columns);
+    REQUIRE(atlas.placements.size() == charts.charts.size());
+    CHECK(rows % 16 == 0);
+    CHECK(columns % 16 == 0);
+    CHECK(rows <= static_cast<std::size_t>(options.max_side));
+    CHECK(columns <= static_cast<std::size_t>(options.max_side));
+
+    // Blocks belong to one chart each, with room for the padding.
+    const std::int32_t padding = options.padding.filter_padding;
+    std::vector<std::int32_t> owner(rows / 16 * (columns / 16), -1);
+    bool disjoint = true;
+    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
+        const chart& here = charts.charts[c];
+        const chart_placement p = atlas.placements[c];
+        REQUIRE(p.x >= padding);
+        REQUIRE(p.y >= padding);
+        REQUIRE(static_cast<std::size_t>(p.x + here.width + padding) <= columns);
+        REQUIRE(static_cast<std::size_t>(p.y + here.height + padding) <= rows);
+        for (std::int32_t y = (p.y - padding) / 16; y <= (p.y + here.height + padding - 1) / 16; ++y)
+            for (std::int32_t x = (p.x - padding) / 16; x <= (p.x + here.width + padding - 1) / 16; ++x) {
+                std::int32_t& block = owner[static_cast<std::size_t>(y) * (columns / 16) + static_cast<std::size_t>(x)];
+                disjoint = disjoint && block == -1;
+                block = static_cast<std::int32_t>(c);
+            }
+    }
+    CHECK(disjoint);
+
+    // Every pixel stands at its texel, and no other texel claims to be one.
+    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1.0F);
+    const auto lattice = [&](std::size_t i) {
+        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
+    };
+    for (std::size_t i = 0; i < g.size(); ++i)
+        front[lattice(i)] = std::max(front[lattice(i)], layers.column<disparity_column>()[i]);
+    bool colours = true, kinds = true;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        const std::size_t c = static_cast<std::size_t>(charts.chart_of[i]);
+        const std::size_t x = static_cast<std::size_t>(g.x[i] - charts.charts[c].x + atlas.placements[c].x);
+        const std::size_t y = static_cast<std::size_t>(g.y[i] - charts.charts[c].y + atlas.placements[c].y);
+        for (std::size_t k = 0; k < 3; ++k)
+            colours = colours && atlas.colour(y, x, k) == layers.column<colour_column>()[3 * i + k];
+        const texel_kind expected = layers.column<known_column>()[i] != 0                      ? texel_kind::photo
+                                    : layers.column<disparity_column>()[i] < front[lattice(i)] ? texel_kind::occluded
+                                                                                               : texel_kind::refilled;
+        kinds = kinds && atlas.kind(y, x, 0) == expected;
+    }
+    CHECK(colours);
+    CHECK(kinds);
+    CHECK(std::count_if(atlas.kind.data(), atlas.kind.data() + atlas.kind.size(), is_own) ==
+          static_cast<std::ptrdiff_t>(g.size()));
+    if (rows * columns > 0) CHECK(atlas.fill == Approx(static_cast<double>(g.size()) / static_cast<double>(rows * columns)));
+
+    bool grey = true;
+    for (std::size_t i = 0; i < atlas.kind.size(); ++i)
+        if (atlas.kind.data()[i] == texel_kind::empty)
+            for (std::size_t k = 0; k < 3; ++k) grey = grey && atlas.colour.data()[3 * i + k] == 128;
+    CHECK(grey);
+}
+
+void check_threads(const photo_layers& layers, const chart_set& charts, const texture_atlas& serial) {
+    thread_pool pool(3);
+    const texture_atlas parallel = make_atlas(layers, charts, {}, pool);
+    CHECK(parallel.colour == serial.colour);
+    CHECK(parallel.kind == serial.kind);
+}
+
+}  // namespace
+
+TEST_CASE("atlases of random charts hold every pixel once, in blocks of its chart alone") {
+    std::mt19937 random(1);
+    for (int i = 0; i < 200; ++i) {
+        const photo_layers layers = random_photo_layers(random, 60);
+        atlas_options options;
+        options.padding.filter_padding = 1 + below(random, 6);
+        chart_options cut;
+        cut.max_side = 16 + below(random, 60);
+        const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>(), cut);
+        check_atlas(layers, charts, make_atlas(layers, charts, options), options);
+    }
+}
+
+TEST_CASE("atlases of scenes with hidden surfaces do too, on any number of threads") {
+    std::mt19937 random(2);
+    for (int i = 0; i < 6; ++i) {
+        const photo_layers layers = random_scene(random, 130, 150);
+        const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
+        const texture_atlas atlas = make_atlas(layers, charts);
+        check_atlas(layers, charts, atlas, {});
+        check_threads(layers, charts, atlas);
+    }
+}
+
+TEST_CASE("atlases of real photos do too") {
+    for (const char* name : {"mb_reindeer", "iphone_a"}) {
+        const std::optional<photo_layers> layers = shared_photo(name);
+        if (!layers) {
+            std::printf("skipped: no %s in %s/rgbd\n", name, LDI_SHARED_DIR);
+            continue;
+        }
+        INFO(name);
+        const chart_set charts = make_charts(layers->topology, layers->column<disparity_column>());
+        const texture_atlas atlas = make_atlas(*layers, charts);
+        check_atlas(*layers, charts, atlas, {});
+        check_threads(*layers, charts, atlas);
+        CHECK(atlas.fill > 0.3F);
+    }
+}
+
+TEST_CASE("an image without pixels has an empty atlas") {
+    const texture_atlas atlas = make_atlas(photo_layers(), chart_set());
+    CHECK(atlas.colour.size() == 0);
+    CHECK(atlas.placements.empty());
+}
+
+TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
+    const photo_layers layers(make_grid(100, 100));
+    const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
+    atlas_options options;
+    options.max_side = 112;
+    CHECK(make_atlas(layers, charts, options).colour.shape(0) == 112);
+    options.max_side = 111;
+    CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
+    options = {};
+    options.padding.filter_padding = 0;
+    CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
+}
