@@ -75,7 +75,8 @@ TEST_CASE("Coordinates beyond 2^14 still give a triangulation") {
     p.next = {1, 2, 3, 0};
     p.outline_count = 4;
     for (int i = 0; i < 500; ++i) {
-        p.points.push_back({1 + static_cast<std::int32_t>(random() % (side - 1)), 1 + static_cast<std::int32_t>(random() % (side - 1))});
+        p.points.push_back(
+            {1 + static_cast<std::int32_t>(random() % (side - 1)), 1 + static_cast<std::int32_t>(random() % (side - 1))});
         p.next.push_back(-1);
     }
     REQUIRE_FALSE(triangulate(p, t));

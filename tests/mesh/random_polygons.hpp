@@ -28,8 +28,8 @@ inline std::int64_t twice_outline_area(const ldi::polygon& p) {
     return area;
 }
 
-/// The detailed outline of a chart, its lattice stretched by `scale` and its corners moved by up to `jitter`, less than a quarter of
-/// that, each the same wherever it is met, so that nothing crosses that did not.
+/// The detailed outline of a chart, its lattice stretched by `scale` and its corners moved by up to `jitter`, less than a quarter
+/// of that, each the same wherever it is met, so that nothing crosses that did not.
 inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size_t chart, std::int32_t scale, std::int32_t jitter,
                                   std::mt19937& random) {
     ldi::polygon result;
@@ -47,7 +47,9 @@ inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size
             for (std::size_t i = 0; i + 1 < ids.size(); ++i) {
                 const ldi::outline_corner& c = outlines.corners[static_cast<std::size_t>(ids[i])];
                 const auto move = [&] {
-                    return jitter == 0 ? 0 : static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(2 * jitter + 1)) - jitter;
+                    return jitter == 0
+                               ? 0
+                               : static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(2 * jitter + 1)) - jitter;
                 };
                 const auto [at, is_new] = moved.try_emplace({c.x, c.y});
                 if (is_new) at->second = {c.x * scale + move(), c.y * scale + move()};
@@ -62,7 +64,8 @@ inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size
 }
 
 /// Adds single points and vertical polylines near the middle of pixels, where jittered outlines don't reach.
-inline void add_inner_chains(ldi::polygon& p, const charted_graph& c, std::size_t chart, std::int32_t scale, std::mt19937& random) {
+inline void add_inner_chains(ldi::polygon& p, const charted_graph& c, std::size_t chart, std::int32_t scale,
+                             std::mt19937& random) {
     for (std::int32_t pixel : c.charts.charts[chart].pixels) {
         const std::size_t i = static_cast<std::size_t>(pixel);
         if (random() % 3 != 0) continue;

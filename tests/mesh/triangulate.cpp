@@ -13,8 +13,7 @@ using ldi_test::twice_area;
 ldi::polygon closed(std::vector<ldi::lattice_point> points) {
     ldi::polygon p;
     p.points = std::move(points);
-    for (std::size_t v = 0; v < p.points.size(); ++v)
-        p.next.push_back(static_cast<std::int32_t>((v + 1) % p.points.size()));
+    for (std::size_t v = 0; v < p.points.size(); ++v) p.next.push_back(static_cast<std::int32_t>((v + 1) % p.points.size()));
     p.outline_count = static_cast<std::int32_t>(p.points.size());
     return p;
 }
@@ -145,7 +144,8 @@ TEST_CASE("The largest coordinates do not overflow") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
     constexpr std::int32_t far_away = 1 << 18;
-    ldi::polygon p = closed({{-far_away, -far_away}, {far_away, -far_away + 1}, {far_away, far_away}, {0, far_away - 1}, {-far_away, far_away}});
+    ldi::polygon p = closed(
+        {{-far_away, -far_away}, {far_away, -far_away + 1}, {far_away, far_away}, {0, far_away - 1}, {-far_away, far_away}});
     p.points.push_back({1, 0}), p.next.push_back(-1);
     REQUIRE_FALSE(triangulate(p, t));
     require_triangulation(p, t);

@@ -1,0 +1,176 @@
+#include <ldi/mesh/build_mesh.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/mesh/random_charts.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+
+namespace {
+
+using ldi_test::charted_graph;
+using point = std::array<std::uint32_t, 3>;  // the bits of three floats
+
+constexpr ldi::depth_range range{2.0F, 20.0F};
+constexpr std::int32_t atlas_width = 256, atlas_height = 512;
+
+std::vector<ldi::chart_placement> random_placements(const charted_graph& c, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::vector<ldi::chart_placement> result;
+    for (const ldi::chart& chart : c.charts.charts)
+        result.push_back({static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(atlas_width - chart.width)),
+                          static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(atlas_height - chart.height))});
+    return result;
+}
+
+ldi::pinhole_camera camera_of(const charted_graph& c) { return {c.topology.width, c.topology.height, 30.0F}; }
+
+ldi::textured_mesh mesh_of(const charted_graph& c, const std::vector<ldi::chart_placement>& placements,
+                           const ldi::mesh_options& options) {
+    return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera_of(c), range, options,
+                           ldi::serial_executor{});
+}
+
+ldi::mesh_options small_options() {
+    ldi::mesh_options options;
+    options.outlines.tolerance = 1.0F;
+    options.studs.spacing = 5;
+    options.studs.clearance = 2;
+    return options;
+}
+
+point bits(const ldi::textured_mesh& m, std::uint32_t vertex) {
+    point p;
+    std::memcpy(p.data(), m.positions.data() + 3 * static_cast<std::size_t>(vertex), sizeof p);
+    return p;
+}
+
+}  // namespace
+
+TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth between near and far") {
+    for (std::uint32_t seed = 0; seed < 300; ++seed) {
+        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
+        REQUIRE(m.texture_coordinates.size() == 2 * m.vertex_count());
+        for (std::size_t v = 0; v < m.vertex_count(); ++v) {
+            const std::array<float, 3> p{m.positions[3 * v], m.positions[3 * v + 1], m.positions[3 * v + 2]};
+            REQUIRE(-p[2] >= range.z_near * 0.9999F);
+            REQUIRE(-p[2] <= range.z_far * 1.0001F);
+            const std::array<float, 2> seen = camera_of(c).project(p);
+            REQUIRE(std::abs(seen[0] - std::round(seen[0])) < 1e-3F);
+            REQUIRE(std::abs(seen[1] - std::round(seen[1])) < 1e-3F);
+        }
+    }
+}
+
+TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
+    for (std::uint32_t seed = 0; seed < 300; ++seed) {
+        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const std::vector<ldi::chart_placement> placements = random_placements(c, seed);
+        const ldi::mesh_options options = small_options();
+        const ldi::textured_mesh m = mesh_of(c, placements, options);
+        ldi::serial_executor threads;
+        const ldi::flat_mesh flat = ldi::build_flat_mesh(c.topology, c.disparity, c.charts, range, options, threads);
+        std::size_t v = 0;
+        for (std::size_t k = 0; k < flat.charts.size(); ++k) {
+            const std::size_t end =
+                v + flat.charts[k].outline.size() + static_cast<std::size_t>(flat.charts[k].stud_vertex_count);
+            for (; v < end; ++v) {
+                const std::array<float, 2> seen =
+                    camera_of(c).project({m.positions[3 * v], m.positions[3 * v + 1], m.positions[3 * v + 2]});
+                const float u = seen[0] - static_cast<float>(c.charts.charts[k].x - placements[k].x);
+                const float w = seen[1] - static_cast<float>(c.charts.charts[k].y - placements[k].y);
+                REQUIRE(std::abs(m.texture_coordinates[2 * v] * static_cast<float>(atlas_width) - u) < 1e-3F);
+                REQUIRE(std::abs(m.texture_coordinates[2 * v + 1] * static_cast<float>(atlas_height) - w) < 1e-3F);
+            }
+        }
+        REQUIRE(v == m.vertex_count());
+    }
+}
+
+TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
+    for (std::uint32_t seed = 0; seed < 300; ++seed) {
+        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
+        REQUIRE(m.triangle_count() > 0);
+        for (std::size_t f = 0; f < m.triangles.size(); f += 3) {
+            std::array<std::array<double, 3>, 3> p;
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t i = 0; i < 3; ++i) p[k][i] = static_cast<double>(m.positions[3 * m.triangles[f + k] + i]);
+            std::array<double, 3> a, b;
+            for (std::size_t i = 0; i < 3; ++i) a[i] = p[1][i] - p[0][i], b[i] = p[2][i] - p[0][i];
+            const std::array<double, 3> normal{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+            REQUIRE(normal[0] * p[0][0] + normal[1] * p[0][1] + normal[2] * p[0][2] < 0);  // away from where we look
+        }
+    }
+}
+
+TEST_CASE("Where two charts meet, both have the same edges between the same points, bit for bit") {
+    std::size_t shared = 0;
+    for (std::uint32_t seed = 0; seed < 500; ++seed) {
+        // A photo that is linked all over: each rim edge is on its border, or the rim edge of one other chart.
+        std::mt19937 random(seed);
+        charted_graph c;
+        c.topology = ldi::make_grid(2 + static_cast<std::int32_t>(random() % 30), 2 + static_cast<std::int32_t>(random() % 30));
+        c.charts = ldi_test::random_partition(c.topology, random);
+        c.disparity = ldi_test::random_disparity(c.topology, random);
+        const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
+        std::map<std::pair<point, point>, int> edges;
+        for (std::size_t h = 0; h < m.triangles.size(); ++h)
+            ++edges[{bits(m, m.triangles[h]), bits(m, m.triangles[h % 3 == 2 ? h - 2 : h + 1])}];
+        const auto on_border = [&](const point& p, std::size_t axis, float limit) {
+            std::array<float, 3> position;
+            std::memcpy(position.data(), p.data(), sizeof position);
+            return std::abs(camera_of(c).project(position)[axis] - limit) < 1e-3F;
+        };
+        for (const auto& [edge, count] : edges) {
+            REQUIRE(count == 1);
+            if (edges.count({edge.second, edge.first}) == 1) {
+                ++shared;
+                continue;
+            }
+            const auto both = [&](std::size_t axis, std::int32_t limit) {
+                return on_border(edge.first, axis, static_cast<float>(limit)) &&
+                       on_border(edge.second, axis, static_cast<float>(limit));
+            };
+            REQUIRE((both(0, 0) || both(1, 0) || both(0, c.topology.width) || both(1, c.topology.height)));
+        }
+    }
+    REQUIRE(shared > 10000);
+}
+
+TEST_CASE("Disparity beyond its range is taken as its limits") {
+    charted_graph c;
+    c.topology = ldi::make_grid(8, 8);
+    c.charts.chart_of.assign(c.topology.size(), 0);
+    c.charts.charts.push_back({0, 0, 8, 8, {}});
+    for (std::size_t i = 0; i < c.topology.size(); ++i) c.disparity.push_back(c.topology.x[i] < 4 ? -0.5F : 1.5F);
+    const ldi::textured_mesh m = mesh_of(c, {{0, 0}}, small_options());
+    float nearest = 100, farthest = 0;
+    for (std::size_t v = 0; v < m.vertex_count(); ++v) {
+        nearest = std::min(nearest, -m.positions[3 * v + 2]), farthest = std::max(farthest, -m.positions[3 * v + 2]);
+    }
+    REQUIRE(nearest == Approx(2.0F));
+    REQUIRE(farthest == Approx(20.0F));
+}
+
+#if LDI_HAS_EXCEPTIONS
+TEST_CASE("A camera of another size, or placements of other charts, raise an error") {
+    const charted_graph c = ldi_test::random_charts(3, 20);
+    std::vector<ldi::chart_placement> placements = random_placements(c, 3);
+    ldi::pinhole_camera camera = camera_of(c);
+    const auto build = [&] {
+        return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera, range,
+                               small_options(), ldi::serial_executor{});
+    };
+    REQUIRE_NOTHROW(build());
+    camera.width += 1;
+    REQUIRE_THROWS_AS(build(), ldi::error);
+    camera.width -= 1;
+    placements.emplace_back();
+    REQUIRE_THROWS_AS(build(), ldi::error);
+}
+#endif

@@ -1,0 +1,120 @@
+#include <ldi/mesh/simplify.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/mesh/random_charts.hpp>
+
+#include <cmath>
+
+namespace {
+
+using ldi_test::charted_graph;
+
+ldi::simplify_options options_with(float tolerance, float disparity_tolerance) {
+    ldi::simplify_options options;
+    options.tolerance = tolerance, options.disparity_tolerance = disparity_tolerance;
+    options.texture_tolerance = 1e6F;
+    return options;
+}
+
+// All corners of a piece, in order.
+std::vector<std::int32_t> all_corners(const ldi::boundary_piece& p) {
+    std::vector<std::int32_t> ids{p.start};
+    for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
+    ids.push_back(p.end);
+    return ids;
+}
+
+double distance_to_segment(const ldi::outline_corner& p, const ldi::outline_corner& a, const ldi::outline_corner& b) {
+    const double dx = b.x - a.x, dy = b.y - a.y, px = p.x - a.x, py = p.y - a.y, length = dx * dx + dy * dy;
+    const double along = length > 0 ? std::clamp((px * dx + py * dy) / length, 0.0, 1.0) : 0.0;
+    return std::hypot(px - along * dx, py - along * dy);
+}
+
+}  // namespace
+
+TEST_CASE("A simplified piece keeps its ends, keeps its order and stays within the tolerance") {
+    for (std::uint32_t seed = 0; seed < 2000; ++seed) {
+        const charted_graph c = ldi_test::random_charts(seed, 14);
+        const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
+        for (float tolerance : {0.0F, 0.8F, 2.0F}) {
+            const ldi::simplified_boundary boundary(outlines, options_with(tolerance, 0.02F));
+            for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
+                const std::vector<std::int32_t> all = all_corners(outlines.pieces[p]);
+                const auto kept = boundary.corners(static_cast<std::int32_t>(p));
+                REQUIRE(kept.size() >= 2);
+                REQUIRE(kept.front() == all.front());
+                REQUIRE(kept.back() == all.back());
+                std::size_t i = 0;
+                for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
+                    const ldi::outline_corner& a = outlines.corners[static_cast<std::size_t>(kept[k])];
+                    const ldi::outline_corner& b = outlines.corners[static_cast<std::size_t>(kept[k + 1])];
+                    std::size_t next = i + 1;
+                    while (next < all.size() && all[next] != kept[k + 1]) ++next;
+                    REQUIRE(next < all.size());
+                    for (; i < next; ++i) {
+                        const ldi::outline_corner& corner = outlines.corners[static_cast<std::size_t>(all[i])];
+                        REQUIRE(distance_to_segment(corner, a, b) <= static_cast<double>(tolerance) + 2e-3);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("A straight border keeps a corner where disparity bends and drops the others") {
+    const ldi::graph g = ldi::make_grid(40, 3);
+    ldi::chart_set charts;
+    charts.chart_of.assign(g.size(), 0);
+    charts.charts.push_back({0, 0, 40, 3, {}});
+    std::vector<float> disparity(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min(g.x[i], 20));
+    const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
+    const ldi::simplified_boundary boundary(outlines, {1.0F, 0.011F, 100.0F});
+    for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
+        const ldi::boundary_piece& piece = outlines.pieces[p];
+        const bool is_horizontal =
+            outlines.corners[static_cast<std::size_t>(piece.start)].y == outlines.corners[static_cast<std::size_t>(piece.end)].y;
+        REQUIRE(boundary.corners(static_cast<std::int32_t>(p)).size() == (is_horizontal ? 3U : 2U));
+    }
+}
+
+TEST_CASE("Splitting every edge again and again brings the detailed boundary back") {
+    for (std::uint32_t seed = 0; seed < 100; ++seed) {
+        const charted_graph c = ldi_test::random_charts(seed, 14);
+        const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
+        ldi::simplified_boundary boundary(outlines, options_with(100.0F, 10.0F));
+        while (true) {
+            std::vector<ldi::boundary_split> splits;
+            for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
+                const std::int32_t piece = static_cast<std::int32_t>(p);
+                for (std::size_t i = 0; i + 1 < boundary.corners(piece).size(); ++i) {
+                    const ldi::boundary_edge edge{piece, static_cast<std::int32_t>(i)};
+                    const auto [first, last] = boundary.left_out(edge);
+                    if (first == last) continue;
+                    const std::int32_t corner = boundary.farthest_left_out(edge);
+                    REQUIRE((first <= corner && corner < last));
+                    splits.push_back({edge, corner});
+                }
+            }
+            if (splits.empty()) break;
+            const std::vector<std::int32_t> before(boundary.corners(splits[0].edge.piece).begin(),
+                                                   boundary.corners(splits[0].edge.piece).end());
+            boundary.split(splits);
+            REQUIRE(boundary.corners(splits[0].edge.piece).size() > before.size());
+            REQUIRE(boundary.is_fresh(splits[0].edge));
+        }
+        for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
+            const std::vector<std::int32_t> all = all_corners(outlines.pieces[p]);
+            const auto kept = boundary.corners(static_cast<std::int32_t>(p));
+            REQUIRE(std::vector<std::int32_t>(kept.begin(), kept.end()) == all);
+        }
+    }
+}
+
+#if LDI_HAS_EXCEPTIONS
+TEST_CASE("Negative tolerances raise an error") {
+    const ldi::chart_outlines outlines;
+    REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(-1.0F, 0.01F)), ldi::error);
+    REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(1.0F, -0.01F)), ldi::error);
+}
+#endif
