@@ -47,6 +47,7 @@
 #include <ldi/texture/padding.hpp>
 
 #include <ldi/mesh/build_mesh.hpp>
+#include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/flip.hpp>
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/simplify.hpp>
