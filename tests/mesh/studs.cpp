@@ -7,9 +7,6 @@
 
 namespace {
 
-// All disparities at one depth: no texture shifts, whatever the triangles.
-constexpr ldi::depth_range flat{1.0F, 1.0F};
-
 ldi::stud_options options_with(std::int32_t spacing, float disparity_tolerance, std::int32_t clearance) {
     ldi::stud_options options;
     options.spacing = spacing, options.disparity_tolerance = disparity_tolerance, options.clearance = clearance;
@@ -55,25 +52,6 @@ TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts t
                                       &b = studs.vertices[static_cast<std::size_t>(v) + 1];
             REQUIRE((b.y - a.y < 8 || range.texture_shift(static_cast<float>(b.y - a.y), a.disparity, b.disparity) <= 0.5F));
         }
-}
-
-TEST_CASE("A plane that runs far into the distance has inner vertices, for else its texture would shift") {
-    const ldi::graph g = ldi::make_grid(400, 400);
-    std::vector<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.0025F * static_cast<float>(g.y[i]);
-    const ldi::stud_set studs = studs_of(g, disparity, whole(g), {}, ldi::depth_range{1.0F, 10.0F});
-    const auto lowest_gap = [&](float shallow, float deep) {
-        std::int32_t gap = 400;
-        for (std::size_t s = 0; s + 1 < studs.first_vertex.size(); ++s)
-            for (std::int32_t v = studs.first_vertex[s] + 1; v < studs.first_vertex[s + 1]; ++v) {
-                const ldi::outline_corner &a = studs.vertices[static_cast<std::size_t>(v) - 1],
-                                          &b = studs.vertices[static_cast<std::size_t>(v)];
-                if (a.disparity >= shallow && b.disparity <= deep) gap = std::min(gap, b.y - a.y);
-            }
-        return gap;
-    };
-    REQUIRE_FALSE(studs.vertices.empty());
-    REQUIRE(lowest_gap(0.0F, 0.3F) < lowest_gap(0.6F, 1.0F));  // the farther, the more depth changes from pixel to pixel
 }
 
 TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
@@ -132,7 +110,7 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
         const ldi::stud_options options =
             options_with(1 + static_cast<std::int32_t>(seed % 8), 0.0F, 1 + static_cast<std::int32_t>(seed % 2));
         const ldi::graph& g = c.topology;
-        const ldi::stud_set studs = studs_of(g, c.disparity, c.charts, options, seed % 3 == 0 ? flat : ldi::depth_range{});
+        const ldi::stud_set studs = studs_of(g, c.disparity, c.charts, options);
         REQUIRE(studs.first_stud.size() == c.charts.charts.size() + 1);
         REQUIRE(studs.first_vertex.size() == static_cast<std::size_t>(studs.first_stud.back()) + 1);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {

@@ -55,7 +55,7 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const range& r = ranges_[static_cast<std::size_t>(piece)];
+        const stretch& r = stretches_[static_cast<std::size_t>(piece)];
         return {kept_.data() + r.first, r.count};
     }
 
@@ -70,12 +70,12 @@ public:
 
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
-        const range& r = ranges_[static_cast<std::size_t>(edge.piece)];
+        const stretch& r = stretches_[static_cast<std::size_t>(edge.piece)];
         return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
     }
 
 private:
-    struct range {
+    struct stretch {
         std::size_t first, count;
         std::int32_t split;  ///< number of the split that made it
     };
@@ -84,7 +84,7 @@ private:
     const chart_outlines& outlines_;
     std::vector<std::int32_t> kept_;
     std::vector<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
-    std::vector<range> ranges_;
+    std::vector<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
@@ -141,7 +141,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     std::vector<outline_corner> points;
     std::vector<std::uint8_t> keep;
     std::vector<std::pair<std::int32_t, std::int32_t>> stack;
-    ranges_.reserve(outlines.pieces.size());
+    stretches_.reserve(outlines.pieces.size());
     for (const boundary_piece& p : outlines.pieces) {
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
@@ -153,7 +153,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         for (std::int32_t i = 0; i < p.inner_count; ++i)
             if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
         kept_.push_back(p.end);
-        ranges_.push_back({first, kept_.size() - first, 0});
+        stretches_.push_back({first, kept_.size() - first, 0});
     }
     fresh_.assign(kept_.size(), 1);
 }
@@ -195,7 +195,7 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        ranges_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
     }
 }
 
