@@ -15,6 +15,7 @@
 #include <ldi/layers/expand.hpp>
 #include <ldi/layers/lift.hpp>
 #include <ldi/layers/mixed_colours.hpp>
+#include <ldi/layers/spurious_discontinuities.hpp>
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
@@ -132,8 +133,9 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
 
     watcher.report("occluded geometry", 0.0F);
     photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
-    mark_mixed_colours(lifted, options.mixed_colours);
     result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
+    close_spurious_discontinuities(lifted.topology, result.curves);
+    mark_mixed_colours(lifted, options.mixed_colours);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
     watcher.report("colour inpainting", 0.0F);

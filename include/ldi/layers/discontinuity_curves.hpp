@@ -18,8 +18,8 @@
 namespace ldi {
 
 struct curve_options {
-    /// Curves shorter than this, in pixel sides, are spurious and dropped. Nothing grows behind them: seen from the side (24
-    /// photos with depth, 40 pixels of parallax) 0.021 % of the pixels are uncovered; with 1, which drops none, 0.001 %.
+    /// Curves shorter than this, in pixel sides, are spurious and dropped: nothing grows behind them, and
+    /// close_spurious_discontinuities() closes them.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;

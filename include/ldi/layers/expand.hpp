@@ -126,7 +126,7 @@ private:
 
 }  // namespace detail
 
-/// layers  as lift() makes them: one layer, pixel (x, y) at index y * width + x
+/// layers  one layer, as lift() makes it and close_spurious_discontinuities() leaves it: pixel (x, y) at index y * width + x
 /// curves  of the same layers
 ///
 /// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
