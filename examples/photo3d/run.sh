@@ -15,7 +15,7 @@ fi
 options=("${@:2}")
 published_model=${LDI_DEPTH_MODEL:-$top/../shared/tiefenrausch/model}
 if [ $# = 0 ]; then
-    options+=(--depth "$here/sample_depth.png")
+    options+=(--depth "$here/sample_depth.png" --fov 56)
 elif [[ " ${options[*]} " != *" --depth"* && -d "$published_model" ]]; then
     options+=(--depth-model "$published_model")
 fi
