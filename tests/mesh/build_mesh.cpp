@@ -126,7 +126,8 @@ TEST_CASE("Where two charts meet, both have the same edges between the same poin
             std::memcpy(position.data(), p.data(), sizeof position);
             return std::abs(camera_of(c).project(position)[axis] - limit) < 1e-3F;
         };
-        for (const auto& [edge, count] : edges) {
+        for (const auto& [directed, count] : edges) {
+            const std::pair<point, point>& edge = directed;  // clang 14 captures no structured binding
             REQUIRE(count == 1);
             if (edges.count({edge.second, edge.first}) == 1) {
                 ++shared;

@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 #include <utility>
@@ -51,17 +52,34 @@ stud_set make_studs(const graph& g, std::span<const float> disparity, const char
 
 namespace detail {
 
-/// `count` lines between the ends of an extent, as evenly as whole numbers allow.
-struct even_lines {
-    std::int32_t first, extent, count;
-
+/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, for they are asked for at every row of a
+/// chart.
+class even_lines {
+public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
-        : first(begin), extent(length), count(std::max((length + spacing / 2) / spacing - 1, 0)) {}
-    std::int32_t position(std::int32_t line) const { return first + (line + 1) * extent / (count + 1); }
-    /// The first line that does not lie before `at`; `count` if there is none.
-    std::int32_t line_from(std::int32_t at) const {
-        return at <= first ? 0 : std::min(((at - first) * (count + 1) + extent - 1) / extent - 1, count);
+        : first_(begin), line_from_(static_cast<std::size_t>(length) + 1) {
+        const std::int32_t count = std::max((length + spacing / 2) / spacing - 1, 0);
+        positions_.reserve(static_cast<std::size_t>(count));
+        for (std::int32_t line = 1; line <= count; ++line) positions_.push_back(begin + line * length / (count + 1));
+        std::int32_t line = 0;
+        for (std::int32_t offset = 0; offset <= length; ++offset) {
+            while (line < count && position(line) < begin + offset) ++line;
+            line_from_[static_cast<std::size_t>(offset)] = line;
+        }
     }
+
+    std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
+    std::int32_t position(std::int32_t line) const { return positions_[static_cast<std::size_t>(line)]; }
+    /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
+    std::int32_t line_from(std::int32_t at) const { return line_from_[static_cast<std::size_t>(std::max(at - first_, 0))]; }
+    bool has_line_at(std::int32_t at) const {
+        const std::int32_t line = line_from(at);
+        return line < count() && position(line) == at;
+    }
+
+private:
+    std::int32_t first_;
+    std::vector<std::int32_t> positions_, line_from_;
 };
 
 /// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
@@ -123,7 +141,7 @@ public:
         for (const chart& c : all.charts) {
             charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
             rows.emplace_back(c.y, c.height, options.spacing);
-            total += static_cast<std::size_t>(charts.back().lines.count) * static_cast<std::size_t>(c.height);
+            total += static_cast<std::size_t>(charts.back().lines.count()) * static_cast<std::size_t>(c.height);
         }
         samples.resize(total);
         present.assign(total, absent);
@@ -137,8 +155,7 @@ public:
             if (end - begin < 2 * clearance_) continue;
             const std::size_t c = static_cast<std::size_t>(all.chart_of[static_cast<std::size_t>(pixel)]);
             sample_columns(begin, end, all.charts[c], charts[c]);
-            const std::int32_t y = g.y[static_cast<std::size_t>(pixel)], line = rows[c].line_from(y);
-            if (line < rows[c].count && rows[c].position(line) == y)
+            if (rows[c].has_line_at(g.y[static_cast<std::size_t>(pixel)]))
                 sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
         }
     }
@@ -146,7 +163,8 @@ public:
 private:
     /// The distance between studs at which nine tenths of the chart keep within the tolerance of the texture.
     std::int32_t spacing_for(const chart& c, const stud_options& options, const depth_range& range) {
-        constexpr std::size_t stride = 61, reach = 8;  // every so many pixels, the slope over so many
+        // Every so many pixels, the slope over so many: about a thousand samples tell as much as all.
+        const std::size_t stride = std::max<std::size_t>(61, c.pixels.size() / 1024), reach = 8;
         shifts_.clear();
         const float spacing = static_cast<float>(options.spacing);
         for (std::size_t i = 0; i + reach < c.pixels.size(); i += stride) {
@@ -164,7 +182,7 @@ private:
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
         const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
-        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count; ++k) {
+        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + (end - begin) - clearance_) break;
             const std::int32_t pixel = begin + at - x;
@@ -183,7 +201,7 @@ private:
         find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
             const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
             const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
-            if (stud < studs.count && studs.position(stud) <= x + clearance_) return;
+            if (stud < studs.count() && studs.position(stud) <= x + clearance_) return;
             if ((sides_around(pixel) & side_bit(0)) != 0) return;
             const std::int32_t above = g_.up[static_cast<std::size_t>(pixel)];
             if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
@@ -199,9 +217,13 @@ private:
 
     /// The boundary sides of all pixels of a row within the clearance of a pixel's left side.
     std::uint8_t sides_around(std::int32_t pixel) const {
-        std::uint8_t around = 0;
-        for (std::int32_t i = pixel - clearance_; i < pixel + clearance_; ++i)
-            around = static_cast<std::uint8_t>(around | sides_[static_cast<std::size_t>(i)]);
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = static_cast<std::uint8_t>(all);
+        for (; at != end; ++at) around = static_cast<std::uint8_t>(around | *at);
         return around;
     }
 
@@ -251,7 +273,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         const detail::stud_sampler::columns& columns = sampled.charts[c];
         const std::int32_t height = charts.charts[c].height, top = charts.charts[c].y;
-        for (std::int32_t k = 0; k < columns.lines.count; ++k) {
+        for (std::int32_t k = 0; k < columns.lines.count(); ++k) {
             const std::size_t first = columns.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(height);
             const float* const samples = sampled.samples.data() + first;
             const std::uint8_t* const present = sampled.present.data() + first;
@@ -274,7 +296,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
                         const std::size_t row = std::min(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
                         for (const std::ptrdiff_t to_next :
                              {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
-                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count) continue;
+                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count()) continue;
                             const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
                             if (present[next] != detail::stud_sampler::absent)
                                 shift = std::max(shift, range.texture_shift(length, samples[row], samples[next]));
