@@ -2991,8 +2991,8 @@ struct diffusion_inpainter {
 namespace ldi {
 
 struct curve_options {
-    /// Curves shorter than this, in pixel sides, are spurious and dropped. Nothing grows behind them: seen from the side (24
-    /// photos with depth, 40 pixels of parallax) 0.021 % of the pixels are uncovered; with 1, which drops none, 0.001 %.
+    /// Curves shorter than this, in pixel sides, are spurious and dropped: nothing grows behind them, and
+    /// close_spurious_discontinuities() closes them.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;
@@ -3484,7 +3484,7 @@ private:
 
 }  // namespace detail
 
-/// layers  as lift() makes them: one layer, pixel (x, y) at index y * width + x
+/// layers  one layer, as lift() makes it and close_spurious_discontinuities() leaves it: pixel (x, y) at index y * width + x
 /// curves  of the same layers
 ///
 /// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
@@ -3660,6 +3660,41 @@ void mark_mixed_colours(layered_image<Columns...>& layers, const mixed_colour_op
     }
     detail::mark_margin(layers, foreground, options.foreground_margin);
     detail::mark_margin(layers, background, options.background_margin);
+}
+
+}  // namespace ldi
+
+// ---- ldi/layers/spurious_discontinuities.hpp
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
+// (section "Occluded Surface Hallucination"); where nothing grows behind them they would gape as cracks and cut charts into
+// slivers, so the pixels on both sides are linked again and the mesh spans the step.
+
+namespace ldi {
+
+/// lifted  one layer, as lift() makes it: pixel (x, y) at index y * width + x
+/// curves  those of its discontinuities that stay
+///
+/// Links all neighbours inside the photo but those on either side of a curve. Returns the number of links made.
+inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const discontinuity_curve> curves) {
+    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
+    std::vector<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));
+    std::sort(kept.begin(), kept.end());
+
+    std::size_t made = 0;
+    const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
+        if (lifted.neighbour(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+            return;
+        lifted.link(pixel, s, other);
+        ++made;
+    };
+    for (std::int32_t y = 0, pixel = 0; y < lifted.height; ++y)
+        for (std::int32_t x = 0; x < lifted.width; ++x, ++pixel) {
+            if (x + 1 < lifted.width) close(pixel, side::right, pixel + 1);
+            if (y + 1 < lifted.height) close(pixel, side::down, pixel + lifted.width);
+        }
+    return made;
 }
 
 }  // namespace ldi
@@ -5438,7 +5473,7 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const range& r = ranges_[static_cast<std::size_t>(piece)];
+        const stretch& r = stretches_[static_cast<std::size_t>(piece)];
         return {kept_.data() + r.first, r.count};
     }
 
@@ -5453,12 +5488,12 @@ public:
 
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
-        const range& r = ranges_[static_cast<std::size_t>(edge.piece)];
+        const stretch& r = stretches_[static_cast<std::size_t>(edge.piece)];
         return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
     }
 
 private:
-    struct range {
+    struct stretch {
         std::size_t first, count;
         std::int32_t split;  ///< number of the split that made it
     };
@@ -5467,7 +5502,7 @@ private:
     const chart_outlines& outlines_;
     std::vector<std::int32_t> kept_;
     std::vector<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
-    std::vector<range> ranges_;
+    std::vector<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
@@ -5524,7 +5559,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     std::vector<outline_corner> points;
     std::vector<std::uint8_t> keep;
     std::vector<std::pair<std::int32_t, std::int32_t>> stack;
-    ranges_.reserve(outlines.pieces.size());
+    stretches_.reserve(outlines.pieces.size());
     for (const boundary_piece& p : outlines.pieces) {
         const auto inner = outlines.corners.begin() + p.first_inner;
         points.assign(1, corner(p.start));
@@ -5536,7 +5571,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         for (std::int32_t i = 0; i < p.inner_count; ++i)
             if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
         kept_.push_back(p.end);
-        ranges_.push_back({first, kept_.size() - first, 0});
+        stretches_.push_back({first, kept_.size() - first, 0});
     }
     fresh_.assign(kept_.size(), 1);
 }
@@ -5578,7 +5613,7 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        ranges_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
     }
 }
 
@@ -5622,17 +5657,34 @@ stud_set make_studs(const graph& g, std::span<const float> disparity, const char
 
 namespace detail {
 
-/// `count` lines between the ends of an extent, as evenly as whole numbers allow.
-struct even_lines {
-    std::int32_t first, extent, count;
-
+/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, for they are asked for at every row of a
+/// chart.
+class even_lines {
+public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
-        : first(begin), extent(length), count(std::max((length + spacing / 2) / spacing - 1, 0)) {}
-    std::int32_t position(std::int32_t line) const { return first + (line + 1) * extent / (count + 1); }
-    /// The first line that does not lie before `at`; `count` if there is none.
-    std::int32_t line_from(std::int32_t at) const {
-        return at <= first ? 0 : std::min(((at - first) * (count + 1) + extent - 1) / extent - 1, count);
+        : first_(begin), line_from_(static_cast<std::size_t>(length) + 1) {
+        const std::int32_t count = std::max((length + spacing / 2) / spacing - 1, 0);
+        positions_.reserve(static_cast<std::size_t>(count));
+        for (std::int32_t line = 1; line <= count; ++line) positions_.push_back(begin + line * length / (count + 1));
+        std::int32_t line = 0;
+        for (std::int32_t offset = 0; offset <= length; ++offset) {
+            while (line < count && position(line) < begin + offset) ++line;
+            line_from_[static_cast<std::size_t>(offset)] = line;
+        }
     }
+
+    std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
+    std::int32_t position(std::int32_t line) const { return positions_[static_cast<std::size_t>(line)]; }
+    /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
+    std::int32_t line_from(std::int32_t at) const { return line_from_[static_cast<std::size_t>(std::max(at - first_, 0))]; }
+    bool has_line_at(std::int32_t at) const {
+        const std::int32_t line = line_from(at);
+        return line < count() && position(line) == at;
+    }
+
+private:
+    std::int32_t first_;
+    std::vector<std::int32_t> positions_, line_from_;
 };
 
 /// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
@@ -5694,7 +5746,7 @@ public:
         for (const chart& c : all.charts) {
             charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
             rows.emplace_back(c.y, c.height, options.spacing);
-            total += static_cast<std::size_t>(charts.back().lines.count) * static_cast<std::size_t>(c.height);
+            total += static_cast<std::size_t>(charts.back().lines.count()) * static_cast<std::size_t>(c.height);
         }
         samples.resize(total);
         present.assign(total, absent);
@@ -5708,8 +5760,7 @@ public:
             if (end - begin < 2 * clearance_) continue;
             const std::size_t c = static_cast<std::size_t>(all.chart_of[static_cast<std::size_t>(pixel)]);
             sample_columns(begin, end, all.charts[c], charts[c]);
-            const std::int32_t y = g.y[static_cast<std::size_t>(pixel)], line = rows[c].line_from(y);
-            if (line < rows[c].count && rows[c].position(line) == y)
+            if (rows[c].has_line_at(g.y[static_cast<std::size_t>(pixel)]))
                 sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
         }
     }
@@ -5717,7 +5768,8 @@ public:
 private:
     /// The distance between studs at which nine tenths of the chart keep within the tolerance of the texture.
     std::int32_t spacing_for(const chart& c, const stud_options& options, const depth_range& range) {
-        constexpr std::size_t stride = 61, reach = 8;  // every so many pixels, the slope over so many
+        // Every so many pixels, the slope over so many: about a thousand samples tell as much as all.
+        const std::size_t stride = std::max<std::size_t>(61, c.pixels.size() / 1024), reach = 8;
         shifts_.clear();
         const float spacing = static_cast<float>(options.spacing);
         for (std::size_t i = 0; i + reach < c.pixels.size(); i += stride) {
@@ -5735,7 +5787,7 @@ private:
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
         const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
-        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count; ++k) {
+        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + (end - begin) - clearance_) break;
             const std::int32_t pixel = begin + at - x;
@@ -5754,7 +5806,7 @@ private:
         find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
             const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
             const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
-            if (stud < studs.count && studs.position(stud) <= x + clearance_) return;
+            if (stud < studs.count() && studs.position(stud) <= x + clearance_) return;
             if ((sides_around(pixel) & side_bit(0)) != 0) return;
             const std::int32_t above = g_.up[static_cast<std::size_t>(pixel)];
             if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
@@ -5770,9 +5822,13 @@ private:
 
     /// The boundary sides of all pixels of a row within the clearance of a pixel's left side.
     std::uint8_t sides_around(std::int32_t pixel) const {
-        std::uint8_t around = 0;
-        for (std::int32_t i = pixel - clearance_; i < pixel + clearance_; ++i)
-            around = static_cast<std::uint8_t>(around | sides_[static_cast<std::size_t>(i)]);
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = static_cast<std::uint8_t>(all);
+        for (; at != end; ++at) around = static_cast<std::uint8_t>(around | *at);
         return around;
     }
 
@@ -5822,7 +5878,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         const detail::stud_sampler::columns& columns = sampled.charts[c];
         const std::int32_t height = charts.charts[c].height, top = charts.charts[c].y;
-        for (std::int32_t k = 0; k < columns.lines.count; ++k) {
+        for (std::int32_t k = 0; k < columns.lines.count(); ++k) {
             const std::size_t first = columns.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(height);
             const float* const samples = sampled.samples.data() + first;
             const std::uint8_t* const present = sampled.present.data() + first;
@@ -5845,7 +5901,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
                         const std::size_t row = std::min(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
                         for (const std::ptrdiff_t to_next :
                              {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
-                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count) continue;
+                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count()) continue;
                             const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
                             if (present[next] != detail::stud_sampler::absent)
                                 shift = std::max(shift, range.texture_shift(length, samples[row], samples[next]));
@@ -6761,8 +6817,9 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
 
     watcher.report("occluded geometry", 0.0F);
     photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
-    mark_mixed_colours(lifted, options.mixed_colours);
     result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
+    close_spurious_discontinuities(lifted.topology, result.curves);
+    mark_mixed_colours(lifted, options.mixed_colours);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
     watcher.report("colour inpainting", 0.0F);
