@@ -18,12 +18,14 @@
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
 
+#include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>
-#include <ldi/kernels/elementwise_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/repeat_pixels_u8.hpp>
 #include <ldi/kernels/requantize.hpp>
-#include <ldi/kernels/window_rows.hpp>
+#include <ldi/kernels/requantize_float.hpp>
 
 #include <ldi/nn/network_description.hpp>
 #include <ldi/nn/quantized_network.hpp>

@@ -1247,6 +1247,578 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 
 }  // namespace ldi
 
+// ---- ldi/kernels/detail/target.hpp
+// How one header holds code for several instruction sets, whatever flags the user compiles with. Functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for those features, so every translation unit has the same code for
+// them. Inside: no lambdas, no standard templates over vector types, and nothing from outside that uses intrinsics. Loops over
+// registers are fold expressions: g++ 12 keeps an array in registers only where every index is a constant from the start.
+
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#define LDI_HAS_X86_KERNELS 1
+#include <immintrin.h>
+#else
+#define LDI_HAS_X86_KERNELS 0
+#endif
+
+#define LDI_PRAGMA(text) _Pragma(#text)
+
+#if defined(__clang__)
+#define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
+#define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
+#else
+// g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
+// every sum of a matrix product to the stack and halves its speed.
+#define LDI_BEGIN_TARGET(features)                                                                           \
+    LDI_PRAGMA(GCC push_options)                                                                             \
+    LDI_PRAGMA(GCC target(features)) LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) \
+        LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
+#define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
+#endif
+
+#if LDI_HAS_X86_KERNELS
+#define LDI_AVX2_FEATURES "avx2,fma"
+#define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
+#endif
+
+// ---- ldi/kernels/isa.hpp
+// Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni) forces one, for tests and benchmarks.
+
+namespace ldi {
+
+enum class isa {
+    scalar,      ///< portable C++, and the reference in tests
+    avx2,        ///< AVX2 and FMA
+    avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
+};
+
+/// Slowest first.
+inline constexpr std::array<isa, 3> all_isas{isa::scalar, isa::avx2, isa::avx512vnni};
+
+/// The name as LDI_ISA spells it.
+constexpr std::string_view to_string(isa set) {
+    switch (set) {
+        case isa::scalar: return "scalar";
+        case isa::avx2: return "avx2";
+        case isa::avx512vnni: return "avx512vnni";
+    }
+    return "unknown";
+}
+
+/// Whether this processor and operating system run it, and this build of ldi has it.
+inline bool is_available(isa set) {
+    switch (set) {
+        case isa::scalar: return true;
+#if LDI_HAS_X86_KERNELS
+        case isa::avx2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+        case isa::avx512vnni:
+            return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
+#else
+        default: break;
+#endif
+    }
+    return false;
+}
+
+/// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
+inline isa best_isa() {
+    const char* const forced = std::getenv("LDI_ISA");
+    const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
+    isa best = isa::scalar;
+    std::string names;
+    for (isa set : all_isas) {
+        if (!is_available(set)) continue;
+        if (name == to_string(set)) return set;
+        names.append(names.empty() ? "" : ", ").append(to_string(set));
+        best = set;
+    }
+    if (!name.empty()) raise(error_code::invalid_option, "LDI_ISA", "one of " + names, std::string(name));
+    return best;
+}
+
+}  // namespace ldi
+
+// ---- ldi/kernels/requantize.hpp
+// Exact integer requantisation: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
+// arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
+// for bit. Every instruction set must give the values that the functions here give.
+
+#include <cstring>
+
+namespace ldi {
+
+/// What an 8-bit value stands for: `(q - zero_point) * scale`.
+struct quantization {
+    float scale = 1;
+    std::uint8_t zero_point = 0;
+
+    friend bool operator==(const quantization&, const quantization&) = default;
+};
+
+/// From an int32 accumulator to 8 bits: multiply by `multiplier * 2^-31 * 2^-shift`, add the zero point, clamp to 0..255.
+struct requantization {
+    std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
+    std::int32_t shift = 0;       ///< 0..31
+    std::int32_t zero_point = 0;  ///< 0..255
+};
+
+/// Two 8-bit tensors to their sum in 8 bits.
+struct quantized_addition {
+    std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
+    std::int32_t bias = 0;                            ///< takes away both zero points
+    std::int32_t shift = 0;                           ///< 14..31
+    std::int32_t zero_point = 0;                      ///< 0..255
+};
+
+namespace detail {
+
+inline std::int32_t biased_exponent(float value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    return static_cast<std::int32_t>((bits >> 23) & 0xFF);
+}
+
+/// value / 2^shift, rounded to nearest, halves away from zero; `shift` in 0..31.
+inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
+    const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
+    const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
+    return (value >> shift) + (remainder > (mask >> 1) ? 1 : 0);
+}
+
+inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point) {
+    return static_cast<std::uint8_t>(std::clamp(value, -zero_point, 255 - zero_point) + zero_point);
+}
+
+}  // namespace detail
+
+/// Whether make_requantization() takes this scale: it must lie in [2^-32, 1).
+inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
+
+/// scale  input scale * weight scale / output scale, computed in float
+inline requantization make_requantization(float scale, std::uint8_t zero_point) {
+    LDI_ASSERT(is_requantization_scale(scale));
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &scale, sizeof bits);
+    const std::uint32_t mantissa = (bits & 0x007FFFFF) | 0x00800000;
+    return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
+}
+
+inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r) {
+    const std::int64_t product = std::int64_t{accumulator} * r.multiplier;
+    const std::int32_t high = static_cast<std::int32_t>((product + (std::int64_t{1} << 30)) >> 31);
+    return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
+}
+
+/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
+/// 2^8).
+inline bool are_addition_ratios(float a_ratio, float b_ratio) {
+    const float larger = (std::max)(a_ratio, b_ratio);
+    return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
+}
+
+/// For `y = a + b`, each in its own quantisation.
+inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
+    const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
+    LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
+    const std::int32_t shift = 21 - (detail::biased_exponent((std::max)(a_ratio, b_ratio)) - 127);
+    quantized_addition result;
+    result.a_multiplier = static_cast<std::int32_t>(std::lrint(std::ldexp(a_ratio, shift)));
+    result.b_multiplier = static_cast<std::int32_t>(std::lrint(std::ldexp(b_ratio, shift)));
+    result.bias = -(result.a_multiplier * a.zero_point + result.b_multiplier * b.zero_point);
+    result.shift = shift;
+    result.zero_point = y.zero_point;
+    return result;
+}
+
+inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantized_addition& r) {
+    const std::int32_t sum = r.bias + a * r.a_multiplier + b * r.b_multiplier;
+    return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);
+}
+
+}  // namespace ldi
+
+// ---- ldi/kernels/detail/add_u8_constants.hpp
+// What one quantised addition needs to know: see kernels/add_u8.hpp.
+
+namespace ldi {
+
+/// Only prepare_add_u8() makes sound ones.
+struct add_u8_constants {
+    isa target = isa::scalar;
+    quantized_addition exact;
+    /// Not used by scalar: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    float a_scale = 0, b_scale = 0, offset = 0;
+};
+
+}  // namespace ldi
+
+// ---- ldi/kernels/requantize_float.hpp
+// Requantisation in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
+// third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
+// known by at most 255 thresholds; a float form that agrees on both sides of each of them agrees everywhere. The obvious
+// constants miss a few thresholds by one; nudged by some units in the last place they miss none.
+
+#include <limits>
+
+namespace ldi {
+
+/// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
+/// offset both negated it is the same function of `-acc`.
+struct float_requantization {
+    float scale = 0, offset = 0;
+    std::int32_t zero_point = 0;
+
+    std::uint8_t operator()(std::int32_t accumulator) const {
+        const float value = std::fma(static_cast<float>(accumulator), scale, accumulator < 0 ? -offset : offset);
+        const float clamped =
+            (std::min)((std::max)(std::trunc(value), static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
+        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+    }
+};
+
+namespace detail {
+
+/// The accumulators on both sides of every threshold, and the ends of their range.
+inline std::vector<std::int32_t> requantization_checkpoints(const requantization& r) {
+    constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
+    std::vector<std::int32_t> points{least, most};
+    std::int64_t below = least;  // gives less than `value`
+    for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
+        // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
+        std::int64_t above = below, step = 1;
+        while (requantize(static_cast<std::int32_t>(above), r) < value) {
+            below = above;
+            above = (std::min)(above + step, std::int64_t{most});
+            step *= 2;
+        }
+        while (above - below > 1) {
+            const std::int64_t middle = below + (above - below) / 2;
+            (requantize(static_cast<std::int32_t>(middle), r) < value ? below : above) = middle;
+        }
+        points.push_back(static_cast<std::int32_t>(below));
+        points.push_back(static_cast<std::int32_t>(above));
+        below = above;
+    }
+    return points;
+}
+
+}  // namespace detail
+
+/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
+inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
+    const std::vector<std::int32_t> points = detail::requantization_checkpoints(r);
+    std::vector<std::uint8_t> expected;
+    for (std::int32_t point : points) expected.push_back(requantize(point, r));
+
+    const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
+    const double offset = 0.5 + std::ldexp(1.0, -r.shift - 1);  // the first of the integer form's two roundings counts as up
+    const float unit = scale - std::nextafter(scale, 0.0F);
+    std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
+    for (int offset_step = 0; offset_step <= 128; ++offset_step)
+        for (int scale_step = -3; scale_step <= 3; ++scale_step) {
+            const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
+            const float_requantization candidate{scale + static_cast<float>(scale_step) * unit,
+                                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
+            if (candidate(points[suspect]) != expected[suspect]) continue;
+            std::size_t i = 0;
+            while (i < points.size() && candidate(points[i]) == expected[i]) ++i;
+            if (i == points.size()) return candidate;
+            suspect = i;
+        }
+    return std::nullopt;
+}
+
+}  // namespace ldi
+
+// ---- ldi/kernels/detail/lanes_avx2.hpp
+// What the AVX2 kernels share: from sums of 32 bits to 8-bit values.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx2 {
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+/// float_requantization in registers.
+struct requantizer {
+    __m256 scale, offset, sign;
+    __m256i zero_point;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(_mm256_set1_ps(r.scale)),
+          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
+          sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
+          zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
+
+    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
+        const __m256 value = _mm256_cvtepi32_ps(sums);
+        const __m256 signed_offset = _mm256_xor_ps(_mm256_and_ps(value, sign), offset);
+        return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
+    }
+
+    /// 32 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
+        const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
+        const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
+        return _mm256_packus_epi16(low, high);
+    }
+};
+
+/// From the order of pack_lanes() to all of a, b, c and d one after the other.
+[[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
+    return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
+}
+
+/// Writes the first `count` bytes, at most 32.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, __m256i values, std::size_t count) {
+    if (count == 32) {
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), values);
+        return;
+    }
+    const __m128i low = _mm256_castsi256_si128(values), high = _mm256_extracti128_si256(values, 1);
+    if (count == 24) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(to + 16), high);
+    } else if (count == 16) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(to), low);
+    } else if (count == 8) {
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(to), low);
+    } else {
+        alignas(32) std::uint8_t bytes[32];
+        _mm256_store_si256(reinterpret_cast<__m256i*>(bytes), values);
+        std::memcpy(to, bytes, count);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/add_u8_avx2.hpp
+// kernels/add_u8.hpp with AVX2: in float, 8 values at a time, two fused multiply-adds each.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx2 {
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+struct adder {
+    __m256 a_scale, b_scale, offset;
+
+    explicit adder(const add_u8_constants& sum)
+        : a_scale(_mm256_set1_ps(sum.a_scale)), b_scale(_mm256_set1_ps(sum.b_scale)), offset(_mm256_set1_ps(sum.offset)) {}
+
+    [[gnu::always_inline]] __m256i eight(const std::uint8_t* a, const std::uint8_t* b) const {
+        const __m256 x = to_float(a), y = to_float(b);
+        return _mm256_cvtps_epi32(_mm256_fmadd_ps(x, a_scale, _mm256_fmadd_ps(y, b_scale, offset)));
+    }
+
+    [[gnu::always_inline]] __m256i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
+        const __m256i low = _mm256_packs_epi32(eight(a, b), eight(a + 8, b + 8)),
+                      high = _mm256_packs_epi32(eight(a + 16, b + 16), eight(a + 24, b + 24));
+        return gather_lanes(_mm256_packus_epi16(low, high));
+    }
+
+private:
+    [[gnu::always_inline]] static __m256 to_float(const std::uint8_t* values) {
+        const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values));
+        return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes));
+    }
+};
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder add(sum);
+    std::size_t i = 0;
+    for (; i + 32 <= count; i += 32) _mm256_storeu_si256(reinterpret_cast<__m256i*>(result + i), add(a + i, b + i));
+    if (i == count) return;
+    std::uint8_t rest[3][32] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(rest[2]), add(rest[0], rest[1]));
+    std::memcpy(result + i, rest[2], count - i);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/detail/lanes_avx512vnni.hpp
+// What the AVX-512 VNNI kernels share: from sums of 32 bits to 8-bit values.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512vnni {
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+inline __mmask64 first_bytes(std::size_t count) { return count >= 64 ? ~__mmask64{0} : (__mmask64{1} << count) - 1; }
+
+/// float_requantization in registers.
+struct requantizer {
+    __m512 scale;
+    __m512i offset, sign, zero_point;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(_mm512_set1_ps(r.scale)),
+          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
+          sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
+          zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
+
+    [[gnu::always_inline]] __m512i operator()(__m512i sums) const {
+        constexpr int select_sign_of_offset = 0x6A;  // (a & b) ^ c
+        const __m512 value = _mm512_cvtepi32_ps(sums);
+        const __m512i signed_offset = _mm512_ternarylogic_epi32(_mm512_castps_si512(value), sign, offset, select_sign_of_offset);
+        return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
+    }
+
+    /// 64 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
+        const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
+        const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
+        return _mm512_packus_epi16(low, high);
+    }
+};
+
+/// From the order of pack_lanes() to all of a, b, c and d one after the other, and back: it is its own inverse.
+[[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
+    return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/add_u8_avx512vnni.hpp
+// kernels/add_u8.hpp with AVX-512: in float, 16 values at a time, two fused multiply-adds each.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512vnni {
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+struct adder {
+    __m512 a_scale, b_scale, offset;
+
+    explicit adder(const add_u8_constants& sum)
+        : a_scale(_mm512_set1_ps(sum.a_scale)), b_scale(_mm512_set1_ps(sum.b_scale)), offset(_mm512_set1_ps(sum.offset)) {}
+
+    [[gnu::always_inline]] __m512i sixteen(const std::uint8_t* a, const std::uint8_t* b) const {
+        const __m512 x = to_float(a), y = to_float(b);
+        return _mm512_cvtps_epi32(_mm512_fmadd_ps(x, a_scale, _mm512_fmadd_ps(y, b_scale, offset)));
+    }
+
+    [[gnu::always_inline]] __m512i operator()(const std::uint8_t* a, const std::uint8_t* b) const {
+        const __m512i low = _mm512_packs_epi32(sixteen(a, b), sixteen(a + 16, b + 16)),
+                      high = _mm512_packs_epi32(sixteen(a + 32, b + 32), sixteen(a + 48, b + 48));
+        return swap_lanes(_mm512_packus_epi16(low, high));
+    }
+
+private:
+    [[gnu::always_inline]] static __m512 to_float(const std::uint8_t* values) {
+        return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(values))));
+    }
+};
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder add(sum);
+    std::size_t i = 0;
+    for (; i + 64 <= count; i += 64) _mm512_storeu_si512(result + i, add(a + i, b + i));
+    if (i == count) return;
+    std::uint8_t rest[2][64] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    _mm512_mask_storeu_epi8(result + i, first_bytes(count - i), add(rest[0], rest[1]));
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/add_u8.hpp
+// Addition of two 8-bit tensors, each in its own quantisation. This header is the contract of the family; one file for each
+// instruction set implements it, all with equal results.
+
+namespace ldi {
+
+/// result[i] = a[i] + b[i]. The result may be a or b itself, but may not overlap them otherwise.
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    switch (sum.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
+        case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
+#endif
+        default: break;
+    }
+    for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
+}
+
+namespace detail {
+
+/// Whether the float form with these constants gives what the integer form does, for `a` and every b.
+inline bool is_exact(const add_u8_constants& sum, std::size_t a, const std::vector<std::uint8_t>& expected) {
+    std::uint8_t as[256], bs[256], found[256];
+    std::memset(as, static_cast<int>(a), sizeof as);
+    for (int i = 0; i < 256; ++i) bs[i] = static_cast<std::uint8_t>(i);
+    add_u8(sum, as, bs, 256, found);
+    return std::memcmp(found, expected.data() + a * 256, 256) == 0;
+}
+
+/// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
+inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t>& expected, std::size_t& suspect) {
+    if (!is_exact(sum, suspect, expected)) return false;
+    for (std::size_t a = 0; a < 256; ++a)
+        if (!is_exact(sum, a, expected)) {
+            suspect = a;
+            return false;
+        }
+    return true;
+}
+
+}  // namespace detail
+
+/// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
+inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
+    add_u8_constants sum{target, exact};
+    if (target == isa::scalar) return sum;
+    std::vector<std::uint8_t> expected(65536);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
+    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbours of the real constants a few are lucky.
+    const double unit = std::ldexp(1.0, -exact.shift);
+    const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
+    const double offset = exact.bias * unit + exact.zero_point;
+    std::size_t suspect = 0;
+    for (int step = 0; step <= 48; ++step)
+        for (int a_step = -3; a_step <= 3; ++a_step)
+            for (int b_step = -3; b_step <= 3; ++b_step) {
+                const int offset_step = step % 2 == 0 ? step / 2 : -(step + 1) / 2;
+                sum.offset = static_cast<float>(offset + offset_step * 0x1p-18);
+                sum.a_scale = a_scale * (1 + static_cast<float>(a_step) * 0x1p-23F);
+                sum.b_scale = b_scale * (1 + static_cast<float>(b_step) * 0x1p-23F);
+                if (detail::is_exact(sum, expected, suspect)) return sum;
+            }
+    sum.target = isa::scalar;
+    return sum;
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/area_resize.hpp
 // Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
@@ -1352,108 +1924,144 @@ image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t r
 
 }  // namespace ldi
 
-// ---- ldi/kernels/requantize.hpp
-// Exact integer requantisation: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
-// arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
-// for bit. Every instruction set must give the values that the functions here give.
+// ---- ldi/kernels/detail/depthwise_columns.hpp
+// Which columns of the stored rows a piece of a depthwise convolution's result reads.
 
-#include <cstring>
+namespace ldi::detail {
+
+/// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
+/// columns outside the image (-1 and `width`) have slots as well.
+struct depthwise_columns {
+    static constexpr std::size_t most_slots = 80, most_taps = 4 * most_slots;
+
+    std::size_t first = 0, count = 0;
+    std::size_t first_column = 0;  ///< that slot 0 holds, plus one
+    std::size_t slots = 0;
+    std::uint16_t
+        slot_of[most_taps];  ///< of the result's column first + i at stride 1: slot_of[i], slot_of[i + 1], slot_of[i + 2]
+
+    /// So many result pixels fit whatever their position.
+    static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }
+
+    depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
+        : first(first_pixel), count(pixels) {
+        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
+        const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
+        first_column = column(begin);
+        for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
+        slots = column(end) - first_column + 1;
+    }
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/aligned_vector.hpp
+// A vector whose first value lies on a cache line, so that no load of packed weights straddles two.
+
+#include <new>
+
+namespace ldi::detail {
+
+inline constexpr std::size_t cache_line = 64;
+
+template <class T>
+struct aligned_allocator {
+    using value_type = T;
+
+    aligned_allocator() = default;
+    template <class Other>
+    aligned_allocator(const aligned_allocator<Other>&) {}
+
+    T* allocate(std::size_t count) { return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{cache_line})); }
+    void deallocate(T* values, std::size_t) { ::operator delete (values, std::align_val_t{cache_line}); }
+
+    friend bool operator==(const aligned_allocator&, const aligned_allocator&) { return true; }
+};
+
+template <class T>
+using aligned_vector = std::vector<T, aligned_allocator<T>>;
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/gemm_u8_weights.hpp
+// The packed weights of kernels/gemm_u8.hpp, and what packing has in common on all instruction sets.
 
 namespace ldi {
 
-/// What an 8-bit value stands for: `(q - zero_point) * scale`.
-struct quantization {
-    float scale = 1;
-    std::uint8_t zero_point = 0;
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+struct gemm_u8_weights {
+    static constexpr std::size_t most_segments = 7;
 
-    friend bool operator==(const quantization&, const quantization&) = default;
-};
-
-/// From an int32 accumulator to 8 bits: multiply by `multiplier * 2^-31 * 2^-shift`, add the zero point, clamp to 0..255.
-struct requantization {
-    std::int32_t multiplier = 0;  ///< 24 significant bits, in [2^30, 2^31)
-    std::int32_t shift = 0;       ///< 0..31
-    std::int32_t zero_point = 0;  ///< 0..255
-};
-
-/// Two 8-bit tensors to their sum in 8 bits.
-struct quantized_addition {
-    std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
-    std::int32_t bias = 0;                            ///< takes away both zero points
-    std::int32_t shift = 0;                           ///< 14..31
-    std::int32_t zero_point = 0;                      ///< 0..255
+    isa target = isa::scalar;
+    std::size_t segments = 1, inputs = 0, outputs = 0;
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;
+    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
 };
 
 namespace detail {
 
-inline std::int32_t biased_exponent(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return static_cast<std::int32_t>((bits >> 23) & 0xFF);
+struct signed_range {
+    int least, most;
+};
+
+inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
+    const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
+    return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// value / 2^shift, rounded to nearest, halves away from zero; `shift` in 0..31.
-inline std::int32_t rounding_shift(std::int32_t value, std::int32_t shift) {
-    const std::int32_t mask = static_cast<std::int32_t>((std::uint32_t{1} << shift) - 1);
-    const std::int32_t remainder = (value & mask) - (value < 0 ? 1 : 0);
-    return (value >> shift) + (remainder > (mask >> 1) ? 1 : 0);
+/// The fastest set not beyond `wanted` that is exact for these weights. VNNI multiplies by signed bytes; weights in -127..128 (a
+/// zero point of 127) fit once negated, and the requantisation then takes the sums negated.
+inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         const requantization& output, float_requantization& fast) {
+    if (wanted == isa::scalar) return isa::scalar;
+    const std::optional<float_requantization> found = find_float_requantization(output);
+    if (!found.has_value()) return isa::scalar;
+    fast = *found;
+    if (wanted != isa::avx512vnni) return wanted;
+    const signed_range range = range_of(weights, weight_zero_point);
+    if (range.least >= -128 && range.most <= 127) return wanted;
+    if (range.least < -127 || range.most > 128) return isa::avx2;
+    fast.scale = -fast.scale, fast.offset = -fast.offset;
+    return wanted;
 }
 
-inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point) {
-    return static_cast<std::uint8_t>(std::clamp(value, -zero_point, 255 - zero_point) + zero_point);
+inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
+
+/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                             std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
+    constexpr std::size_t largest_vector = 16;
+    packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = bias[o] - sum * input_zero_point;
+        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+    }
 }
+
+/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
 
 }  // namespace detail
-
-/// Whether make_requantization() takes this scale: it must lie in [2^-32, 1).
-inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
-
-/// scale  input scale * weight scale / output scale, computed in float
-inline requantization make_requantization(float scale, std::uint8_t zero_point) {
-    LDI_ASSERT(is_requantization_scale(scale));
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &scale, sizeof bits);
-    const std::uint32_t mantissa = (bits & 0x007FFFFF) | 0x00800000;
-    return {static_cast<std::int32_t>(mantissa << 7), 126 - detail::biased_exponent(scale), zero_point};
-}
-
-inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r) {
-    const std::int64_t product = std::int64_t{accumulator} * r.multiplier;
-    const std::int32_t high = static_cast<std::int32_t>((product + (std::int64_t{1} << 30)) >> 31);
-    return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
-}
-
-/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
-/// 2^8).
-inline bool are_addition_ratios(float a_ratio, float b_ratio) {
-    const float larger = (std::max)(a_ratio, b_ratio);
-    return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
-}
-
-/// For `y = a + b`, each in its own quantisation.
-inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
-    const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
-    LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
-    const std::int32_t shift = 21 - (detail::biased_exponent((std::max)(a_ratio, b_ratio)) - 127);
-    quantized_addition result;
-    result.a_multiplier = static_cast<std::int32_t>(std::lrint(std::ldexp(a_ratio, shift)));
-    result.b_multiplier = static_cast<std::int32_t>(std::lrint(std::ldexp(b_ratio, shift)));
-    result.bias = -(result.a_multiplier * a.zero_point + result.b_multiplier * b.zero_point);
-    result.shift = shift;
-    result.zero_point = y.zero_point;
-    return result;
-}
-
-inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantized_addition& r) {
-    const std::int32_t sum = r.bias + a * r.a_multiplier + b * r.b_multiplier;
-    return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);
-}
-
 }  // namespace ldi
 
-// ---- ldi/kernels/depthwise_u8.hpp
-// Depthwise 3 x 3 convolution of 8-bit activations, requantised to 8 bits, one row of the result at a time. This header is the
-// contract of the family and its portable implementation.
+// ---- ldi/kernels/detail/depthwise_u8_weights.hpp
+// The packed weights of kernels/depthwise_u8.hpp.
 
 namespace ldi {
 
@@ -1461,235 +2069,864 @@ namespace ldi {
 struct depthwise_u8_weights {
     static constexpr std::size_t taps = 9;
 
+    isa target = isa::scalar;
     std::size_t channels = 0;
-    std::vector<std::int16_t> values;   ///< weight minus its zero point, 9 x channels, taps row by row
-    std::vector<std::int32_t> bias;     ///< channels
-    std::vector<std::uint8_t> padding;  ///< channels values equal to the input's zero point: what lies outside the image
+    std::size_t stride = 1;
+    std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;
+    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
 };
 
-/// weights           channels x 3 x 3, row-major
-/// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
-/// input_zero_point  of the activations, and the value of what lies outside the image
-inline depthwise_u8_weights pack_depthwise_u8(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
-                                              std::span<const std::int32_t> bias, std::uint8_t input_zero_point,
-                                              const requantization& output) {
-    constexpr std::size_t taps = depthwise_u8_weights::taps;
-    LDI_ASSERT(weights.size() == bias.size() * taps);
-    depthwise_u8_weights packed;
-    packed.channels = bias.size();
-    packed.values.resize(weights.size());
-    for (std::size_t c = 0; c < packed.channels; ++c)
-        for (std::size_t t = 0; t < taps; ++t)
-            packed.values[t * packed.channels + c] = static_cast<std::int16_t>(weights[c * taps + t] - weight_zero_point);
-    packed.bias.assign(bias.begin(), bias.end());
-    packed.padding.assign(packed.channels, input_zero_point);
-    packed.output = output;
-    return packed;
+namespace detail {
+
+/// The weights of one depthwise layer as they were, with their zero point taken off.
+struct depthwise_source {
+    std::span<const std::uint8_t> weights;  // channels x 9
+    std::span<const std::int32_t> bias;
+    std::uint8_t weight_zero_point, input_zero_point;
+
+    int weight(std::size_t channel, std::size_t tap) const {
+        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+    }
+    std::int32_t folded_bias(std::size_t channel) const {
+        std::int32_t sum = 0;
+        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        return bias[channel] - sum * input_zero_point;
+    }
+};
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/depthwise_u8_avx2.hpp
+// kernels/depthwise_u8.hpp with vpmaddwd, 16 channels at a time.
+//
+// Rows are first widened to 16 bits and laid out column by column, the first two rows interleaved and the third with zeros; then
+// each column of a window is two multiplications for 8 channels.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx2 {
+
+inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;  // a slot holds so many 16-bit values
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
 }
 
-namespace scalar {
+/// The first channel of a block: the last one overlaps the one before.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+/// Block by block, column by column of the window, as the slots are: rows 0 and 1 of half of the channels, of the other half,
+/// then row 2 and nothing.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
+        std::size_t channel[depthwise_block];
+        for (std::size_t i = 0; i < depthwise_block; ++i)
+            channel[i] = block_start(packed.channels, b) + i % 8 / 4 * 8 + i / 8 * 4 + i % 4;
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t row = 0; row < 4; row += 2)
+                for (std::size_t c : channel)
+                    for (std::size_t r = row; r < row + 2; ++r)
+                        packed.wide.push_back(
+                            static_cast<std::int16_t>(r < 3 && c < packed.channels ? source.weight(c, r * 3 + column) : 0));
+        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? source.folded_bias(c) : 0);
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+/// 16 channels, or as many as there are, in 16 bits each; `padding` where there is no row.
+[[gnu::always_inline]] inline __m256i widen(const std::uint8_t* row, std::size_t offset, std::size_t channels,
+                                            std::uint8_t padding) {
+    if (row == nullptr) return _mm256_set1_epi16(padding);
+    if (channels >= depthwise_block) return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + offset)));
+    if (channels == 8) return _mm256_cvtepu8_epi16(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(row + offset)));
+    alignas(16) std::uint8_t bytes[depthwise_block] = {};
+    std::memcpy(bytes, row + offset, channels);
+    return _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(bytes)));
+}
+
+[[gnu::always_inline]] inline void fill_slot(__m256i a, __m256i b, __m256i c, std::int16_t* slot) {
+    __m256i* const to = reinterpret_cast<__m256i*>(slot);
+    _mm256_store_si256(to, _mm256_unpacklo_epi16(a, b));
+    _mm256_store_si256(to + 1, _mm256_unpackhi_epi16(a, b));
+    _mm256_store_si256(to + 2, _mm256_unpacklo_epi16(c, _mm256_setzero_si256()));
+    _mm256_store_si256(to + 3, _mm256_unpackhi_epi16(c, _mm256_setzero_si256()));
+}
+
+/// One column of a window for half of the channels of a block.
+template <std::size_t half>
+[[gnu::always_inline]] inline __m256i depthwise_column(const std::int16_t* slot, const std::int16_t* weights) {
+    const __m256i *const x = reinterpret_cast<const __m256i*>(slot) + half, *const w =
+                                                                                reinterpret_cast<const __m256i*>(weights) + half;
+    return _mm256_add_epi32(_mm256_madd_epi16(_mm256_load_si256(x), _mm256_load_si256(w)),
+                            _mm256_madd_epi16(_mm256_load_si256(x + 2), _mm256_load_si256(w + 2)));
+}
+
+template <std::size_t half>
+[[gnu::always_inline]] inline __m256i depthwise_sum(__m256i bias, const std::int16_t* left, const std::int16_t* middle,
+                                                    const std::int16_t* right, const std::int16_t* weights) {
+    const __m256i outer =
+        _mm256_add_epi32(depthwise_column<half>(left, weights), depthwise_column<half>(right, weights + 2 * depthwise_slot));
+    return _mm256_add_epi32(_mm256_add_epi32(bias, depthwise_column<half>(middle, weights + depthwise_slot)), outer);
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
+    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
+    const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
+    const requantizer requantize(weights.fast);
+    alignas(64) std::int16_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
+    for (std::size_t first = 0; first < result_width; first += most) {
+        const std::size_t rest = result_width - first;
+        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
+        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
+            const std::size_t start = block_start(channels, block);
+            for (std::size_t s = 0; s < columns.slots; ++s) {
+                const std::size_t column = columns.first_column + s;  // plus one
+                const bool outside = column == 0 || column > width;
+                const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
+                fill_slot(widen(outside ? nullptr : rows[0], offset, channels, weights.padding),
+                          widen(outside ? nullptr : rows[1], offset, channels, weights.padding),
+                          widen(outside ? nullptr : rows[2], offset, channels, weights.padding), slots + s * depthwise_slot);
+            }
+            const std::int16_t* const w = weights.wide.data() + block * 3 * depthwise_slot;
+            const __m256i* const bias = reinterpret_cast<const __m256i*>(weights.bias.data() + block * depthwise_block);
+            const __m256i low_bias = _mm256_load_si256(bias), high_bias = _mm256_load_si256(bias + 1);
+            std::uint8_t* to = result + first * channels + start;
+            const std::uint16_t* slot = columns.slot_of;
+            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
+                const std::int16_t *const left = slots + slot[0] * depthwise_slot,
+                                          *const middle = slots + slot[1] * depthwise_slot,
+                                          *const right = slots + slot[2] * depthwise_slot;
+                const __m256i low = requantize(depthwise_sum<0>(low_bias, left, middle, right, w)),
+                              high = requantize(depthwise_sum<1>(high_bias, left, middle, right, w));
+                // Each lane holds its 8 channels twice.
+                store_first(to, _mm256_permute4x64_epi64(requantize.pack_lanes(low, high, low, high), 0x08), held);
+            }
+        }
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/depthwise_u8_avx512vnni.hpp
+// kernels/depthwise_u8.hpp with vpdpbusd.
+//
+// The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
+// then each of the three columns of a window is one vpdpbusd for 16 channels. Interleaving 64 channels takes 8 shuffles for 12
+// multiplications; it pays because the sums of a channel need no shuffles any more. The interleaved columns stay in the
+// first-level cache, the 12 vectors of weights in registers.
+//
+// Two arrangements: with many channels, blocks of 64 channels; with fewer than 64 and stride 1, rows are flat sequences of bytes
+// in which the windows of a whole vector lie `channels` bytes apart, and the weights repeat with the period of both.
+
+#if LDI_HAS_X86_KERNELS
+
+#include <numeric>
+
+namespace ldi::avx512vnni {
+
+inline constexpr std::size_t depthwise_block = 64, depthwise_slot = 256, depthwise_most_flat_blocks = 8;
+
+inline bool is_flat(const depthwise_u8_weights& weights) {
+    return weights.stride == 1 && weights.channels < depthwise_block &&
+           weights.channels / std::gcd(weights.channels, depthwise_block) <= depthwise_most_flat_blocks;
+}
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return is_flat(weights) ? weights.channels / std::gcd(weights.channels, depthwise_block)
+                            : (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// The first channel of a block that is not flat: the last one overlaps the one before.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+/// Block by block, column by column of the window, 4 vectors of 16 channels x 4 rows; in the order in which interleave() leaves
+/// the channels.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    const bool flat = is_flat(packed);
+    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
+        std::size_t channel[depthwise_block];
+        for (std::size_t i = 0; i < depthwise_block; ++i) {
+            const std::size_t vector = i / 16, lane = i % 16 / 4;
+            channel[i] = flat ? (b * depthwise_block + i) % packed.channels
+                              : block_start(packed.channels, b) + lane * 16 + vector * 4 + i % 4;
+        }
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c : channel)
+                for (std::size_t row = 0; row < 4; ++row)
+                    packed.narrow.push_back(
+                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * source.weight(c, row * 3 + column) : 0));
+        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+/// The three rows, at some position of each; a row outside the image is one vector of padding that never moves on.
+struct depthwise_rows {
+    alignas(64) std::uint8_t padding[64];
+    const std::uint8_t* rows[3];
+    std::size_t moves[3];
+
+    depthwise_rows(const std::uint8_t* const from[3], std::uint8_t padding_value) {
+        std::memset(padding, padding_value, sizeof padding);
+        for (int r = 0; r < 3; ++r) {
+            rows[r] = from[r] == nullptr ? padding : from[r];
+            moves[r] = from[r] == nullptr ? 0 : ~std::size_t{0};
+        }
+    }
+    const std::uint8_t* at(int r, std::size_t offset) const { return rows[r] + (offset & moves[r]); }
+};
+
+/// 64 channels of three rows to 64 x 4 bytes: in order if `ordered`, else as packing four vectors of sums puts them in order.
+template <bool ordered>
+[[gnu::always_inline]] inline void interleave(const depthwise_rows& rows, std::size_t offset, __mmask64 mask, std::uint8_t* to) {
+    __m512i a = _mm512_maskz_loadu_epi8(mask, rows.at(0, offset)), b = _mm512_maskz_loadu_epi8(mask, rows.at(1, offset)),
+            c = _mm512_maskz_loadu_epi8(mask, rows.at(2, offset));
+    if (ordered) a = swap_lanes(a), b = swap_lanes(b), c = swap_lanes(c);
+    const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
+    const __m512i c_low = _mm512_unpacklo_epi8(c, c), c_high = _mm512_unpackhi_epi8(c, c);
+    _mm512_storeu_si512(to, _mm512_unpacklo_epi16(ab_low, c_low));
+    _mm512_storeu_si512(to + 64, _mm512_unpackhi_epi16(ab_low, c_low));
+    _mm512_storeu_si512(to + 128, _mm512_unpacklo_epi16(ab_high, c_high));
+    _mm512_storeu_si512(to + 192, _mm512_unpackhi_epi16(ab_high, c_high));
+}
+
+/// The weights and biases of one block.
+struct depthwise_block_weights {
+    __m512i columns[3][4], bias[4];
+
+    depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block) {
+        for (std::size_t i = 0; i < 12; ++i)
+            columns[i / 4][i % 4] = _mm512_load_si512(weights.narrow.data() + (block * 12 + i) * 64);
+        for (std::size_t v = 0; v < 4; ++v) bias[v] = _mm512_load_si512(weights.bias.data() + block * depthwise_block + v * 16);
+    }
+};
+
+template <std::size_t v>
+[[gnu::always_inline]] inline __m512i depthwise_sum(const depthwise_block_weights& w, const std::uint8_t* left,
+                                                    const std::uint8_t* middle, const std::uint8_t* right) {
+    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[0][v]);
+    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[1][v]);
+    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[2][v]);
+}
+
+[[gnu::always_inline]] inline __m512i depthwise_pixel(const depthwise_block_weights& w, const requantizer& requantize,
+                                                      const std::uint8_t* left, const std::uint8_t* middle,
+                                                      const std::uint8_t* right) {
+    return requantize.pack_lanes(
+        requantize(depthwise_sum<0>(w, left, middle, right)), requantize(depthwise_sum<1>(w, left, middle, right)),
+        requantize(depthwise_sum<2>(w, left, middle, right)), requantize(depthwise_sum<3>(w, left, middle, right)));
+}
+
+inline void depthwise_u8_blocks(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t width,
+                                std::size_t repeat, std::uint8_t* result) {
+    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
+    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
+    const __mmask64 mask = first_bytes(channels);
+    const requantizer requantize(weights.fast);
+    alignas(64) std::uint8_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
+    for (std::size_t first = 0; first < result_width; first += most) {
+        const std::size_t rest = result_width - first;
+        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
+        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
+            const std::size_t start = block_start(channels, block);
+            for (std::size_t s = 0; s < columns.slots; ++s) {
+                const std::size_t column = columns.first_column + s;  // plus one
+                if (column == 0 || column > width)
+                    std::memset(slots + s * depthwise_slot, weights.padding, depthwise_slot);
+                else
+                    interleave<false>(rows, (column - 1) * channels + start, mask, slots + s * depthwise_slot);
+            }
+            const depthwise_block_weights w(weights, block);
+            std::uint8_t* to = result + first * channels + start;
+            const std::uint16_t* slot = columns.slot_of;
+            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride)
+                _mm512_mask_storeu_epi8(to, mask,
+                                        depthwise_pixel(w, requantize, slots + slot[0] * depthwise_slot,
+                                                        slots + slot[1] * depthwise_slot, slots + slot[2] * depthwise_slot));
+        }
+    }
+}
+
+/// Interleaves columns from .. to - 1 of the enlarged rows, one after the other.
+inline void interleave_flat(const depthwise_rows& rows, std::size_t channels, std::size_t repeat, std::size_t from,
+                            std::size_t to, std::uint8_t* values) {
+    const std::size_t first = from / repeat, end = (to - 1) / repeat + 1, bytes = channels * 4;
+    // Enlarged, the columns are first interleaved where the last of them will end up, and from there spread out.
+    std::uint8_t* const stored = values + (to - from - (end - first)) * bytes;
+    for (std::size_t i = first * channels; i < end * channels; i += depthwise_block)
+        interleave<true>(rows, i, first_bytes(end * channels - i), stored + (i - first * channels) * 4);
+    if (repeat == 1) return;
+    std::size_t repeated = from % repeat;
+    const std::uint8_t* column = stored;
+    for (std::size_t x = from; x < to; ++x, values += bytes) {
+        std::memmove(values, column, bytes);
+        if (++repeated == repeat) repeated = 0, column += bytes;
+    }
+}
+
+inline void depthwise_u8_flat(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t width,
+                              std::size_t repeat, std::uint8_t* result) {
+    constexpr std::size_t most_values = 4096;  // interleaved at a time: 16 KiB
+    const std::size_t channels = weights.channels, blocks = depthwise_blocks(weights), period = blocks * depthwise_block;
+    const std::size_t pixels_in_period = period / channels, result_width = width * repeat;
+    const std::size_t most = (most_values / channels - 2) / pixels_in_period * pixels_in_period;
+    const requantizer requantize(weights.fast);
+    alignas(64) std::uint8_t values[(most_values + 2 * depthwise_block) * 4];
+    for (std::size_t first = 0; first < result_width; first += most) {
+        const std::size_t end = first + most < result_width ? first + most : result_width;
+        const std::size_t from = first == 0 ? 0 : first - 1, to = end == result_width ? end : end + 1;
+        std::uint8_t* const at = values + (first == 0 ? channels * 4 : 0);
+        interleave_flat(rows, channels, repeat, from, to, at);
+        if (first == 0) std::memset(values, weights.padding, channels * 4);
+        if (end == result_width) std::memset(at + (to - from) * channels * 4, weights.padding, channels * 4);
+
+        const std::size_t bytes = (end - first) * channels;
+        for (std::size_t block = 0; block < blocks; ++block) {
+            const depthwise_block_weights w(weights, block);
+            for (std::size_t i = block * depthwise_block; i < bytes; i += period) {
+                const std::uint8_t* const left = values + i * 4;
+                const __m512i packed = depthwise_pixel(w, requantize, left, left + channels * 4, left + channels * 8);
+                _mm512_mask_storeu_epi8(result + first * channels + i, first_bytes(bytes - i), swap_lanes(packed));
+            }
+        }
+    }
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    const depthwise_rows from(rows, weights.padding);
+    if (is_flat(weights))
+        depthwise_u8_flat(weights, from, width, repeat, result);
+    else
+        depthwise_u8_blocks(weights, from, width, repeat, result);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/depthwise_u8_scalar.hpp
+// kernels/depthwise_u8.hpp in portable C++.
+
+namespace ldi::scalar {
 
 /// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
+
+/// Tap by tap, the weights of all channels.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t)
+        for (std::size_t c = 0; c < packed.channels; ++c) packed.wide.push_back(static_cast<std::int16_t>(source.weight(c, t)));
+    for (std::size_t c = 0; c < packed.channels; ++c) packed.bias.push_back(source.folded_bias(c));
+}
 
 /// The result at one pixel, `count` channels from `first` on; with `count` known to the compiler the loops become vectors.
 template <class Count>
 inline void depthwise_u8_channels(const depthwise_u8_weights& weights, const std::uint8_t* const* taps, std::size_t first,
                                   Count count, std::uint8_t* result) {
     std::int32_t sums[depthwise_block] = {};
-    const std::int16_t zero_point = weights.padding[0];
+    std::uint8_t outside[depthwise_block];
+    for (std::uint8_t& value : outside) value = weights.padding;
     for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
-        const std::uint8_t* const x = taps[t] + first;
-        const std::int16_t* const w = weights.values.data() + t * weights.channels + first;
-        for (std::size_t c = 0; c < count; ++c) {
-            const std::int16_t centred = static_cast<std::int16_t>(x[c] - zero_point);
-            sums[c] += std::int32_t{centred} * std::int32_t{w[c]};
-        }
+        const std::uint8_t* const x = taps[t] == nullptr ? outside : taps[t] + first;
+        const std::int16_t* const w = weights.wide.data() + t * weights.channels + first;
+        for (std::size_t c = 0; c < count; ++c) sums[c] += std::int32_t{std::int16_t{x[c]}} * std::int32_t{w[c]};
     }
     for (std::size_t c = 0; c < count; ++c) result[first + c] = requantize(sums[c] + weights.bias[first + c], weights.output);
 }
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
-                         std::size_t stride, std::uint8_t* result) {
+                         std::size_t repeat, std::uint8_t* result) {
     using block = std::integral_constant<std::size_t, depthwise_block>;
-    const std::size_t channels = weights.channels;
-    const std::size_t result_width = (width - 1) / stride + 1;
+    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
     for (std::size_t x = 0; x < result_width; ++x, result += channels) {
         const std::uint8_t* taps[depthwise_u8_weights::taps];
         for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) {
-            const std::size_t column = x * stride + t % 3;  // one more than the column that is read
-            const bool outside = rows[t / 3] == nullptr || column == 0 || column > width;
-            taps[t] = outside ? weights.padding.data() : rows[t / 3] + (column - 1) * channels;
-        }
-        if (channels < block::value) {
-            depthwise_u8_channels(weights, taps, 0, channels, result);
-            continue;
+            const std::size_t column = x * weights.stride + t % 3;  // one more than the column that is read
+            const bool outside = rows[t / 3] == nullptr || column == 0 || column > width * repeat;
+            taps[t] = outside ? nullptr : rows[t / 3] + (column - 1) / repeat * channels;
         }
         std::size_t first = 0;
         for (; first + block::value <= channels; first += block::value)
             depthwise_u8_channels(weights, taps, first, block{}, result);
-        // The last block overlaps the one before and gives the same values once more.
-        if (first < channels) depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
+        if (first == channels) continue;
+        if (channels > block::value)  // the last block overlaps the one before and gives the same values once more
+            depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
+        else
+            depthwise_u8_channels(weights, taps, 0, channels, result);
     }
 }
 
-}  // namespace scalar
+}  // namespace ldi::scalar
 
-/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image
-/// stride  1 or 2, horizontally; the vertical one is in the choice of rows
-/// result  ((width - 1) / stride + 1) x channels; must not overlap the rows
+// ---- ldi/kernels/depthwise_u8.hpp
+// Depthwise 3 x 3 convolution of 8-bit activations, requantised to 8 bits, one row of the result at a time. It can read its
+// input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
+// for each instruction set implements it, all with equal results.
+
+namespace ldi {
+
+/// target            as for pack_gemm_u8()
+/// weights           channels x 3 x 3, row-major
+/// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
+/// stride            1 or 2
+/// input_zero_point  of the activations, and the value of what lies outside the image
+inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                                              std::span<const std::int32_t> bias, std::size_t stride,
+                                              std::uint8_t input_zero_point, const requantization& output) {
+    LDI_ASSERT(!bias.empty() && weights.size() == bias.size() * depthwise_u8_weights::taps && (stride == 1 || stride == 2));
+    depthwise_u8_weights packed;
+    packed.channels = bias.size();
+    packed.stride = stride;
+    packed.padding = input_zero_point;
+    packed.output = output;
+    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
+    switch (packed.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
+        case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
+#endif
+        default: scalar::pack_depthwise_u8(packed, source); break;
+    }
+    return packed;
+}
+
+/// Pixels in a row of the result for `width` stored pixels, each of which counts `repeat` times.
+inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
+    return (width * repeat - 1) / weights.stride + 1;
+}
+
+/// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
+///         the choice of rows does what stride and repeat do horizontally
+/// repeat  1 to 4: how often each pixel of the rows is repeated
+/// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
-                         std::size_t stride, std::uint8_t* result) {
-    scalar::depthwise_u8(weights, rows, width, stride, result);
+                         std::size_t repeat, std::uint8_t* result) {
+    switch (weights.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
+        case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
+#endif
+        default: return scalar::depthwise_u8(weights, rows, width, repeat, result);
+    }
 }
 
 }  // namespace ldi
 
-// ---- ldi/kernels/elementwise_u8.hpp
-// Row operations on 8-bit activations that need no weights: addition and nearest-neighbour enlargement.
+// ---- ldi/kernels/gemm_u8_avx2.hpp
+// kernels/gemm_u8.hpp with vpmaddwd, which adds two products of 16 bits to each of 8 sums, exactly. (vpmaddubsw multiplies twice
+// as much at a time but saturates: 255 * 127 * 2 does not fit into 16 bits.)
+//
+// Four inputs at a time are spread over the lanes and split into the even and the odd ones, which are 16-bit values where they
+// stand: one AND, one shift for every pixel, shared by the vectors of the panel. Multiplication and addition take two of three
+// vector ports a cycle; 12 sums are under way, the weights come from memory.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx2 {
+
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 3, gemm_group = 4;
+
+/// Panel by panel, segment by segment, four inputs by four inputs, vector by vector: of 8 outputs the inputs 0 and 2, then of
+/// the same 8 outputs the inputs 1 and 3.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t g = 0; g < groups; ++g)
+                for (std::size_t v = first; v < first + outputs; v += gemm_lanes)
+                    for (std::size_t odd = 0; odd < 2; ++odd)
+                        for (std::size_t o = v; o < v + gemm_lanes; ++o)
+                            for (std::size_t i = g * gemm_group + odd; i < (g + 1) * gemm_group; i += 2) {
+                                const bool exists = o < packed.outputs && i < packed.inputs;
+                                const int weight =
+                                    exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
+                                packed.wide.push_back(static_cast<std::int16_t>(weight));
+                            }
+        first += outputs;
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+struct gemm_tile_input {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride;
+};
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, const std::uint8_t* inputs,
+                                                const __m256i* weights) {
+    std::int32_t four = 0;
+    std::memcpy(&four, inputs, sizeof four);
+    const __m256i values = _mm256_set1_epi32(four);
+    const __m256i even = _mm256_and_si256(values, _mm256_set1_epi32(0x00FF00FF)), odd = _mm256_srli_epi16(values, 8);
+    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(even, _mm256_load_si256(weights + 2 * v)))), ...);
+    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(odd, _mm256_load_si256(weights + 2 * v + 1)))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m256i* to, const __m256i* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors>
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
+    const __m256i a = requantize(sums[0]);
+    const __m256i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
+    const __m256i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
+    store_first(result, gather_lanes(requantize.pack_lanes(a, b, c, a)), held);
+}
+
+template <std::size_t... p, std::size_t... v>
+inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_tile_input& input,
+                         std::size_t first_pixel, const std::int16_t* weights, const std::int32_t* bias,
+                         const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    __m256i sums[sizeof...(p) * sizeof...(v)];
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(bias + v * gemm_lanes))...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
+        for (std::size_t g = 0; g < input.groups; ++g) {
+            const __m256i* const w = reinterpret_cast<const __m256i*>(weights);
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
+        }
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int16_t* weights, const std::int32_t* bias,
+                          const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    constexpr std::make_index_sequence<pixels> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    std::size_t p = 0;
+    for (; p + pixels <= count; p += pixels)
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - pixels;
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p)
+        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
+    const requantizer requantize(weights.fast);
+    const std::int16_t* values = weights.wide.data();
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
+        const std::int32_t* const bias = weights.bias.data() + first;
+        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
+        std::uint8_t* const to = result + first;
+        switch (vectors) {
+            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            default: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
+        }
+        first += all;
+        values += input.segment_count * input.groups * all * gemm_group;
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/gemm_u8_avx512vnni.hpp
+// kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
+//
+// Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
+// have to be under way: tiles have 16 to 24. A tile of 6 pixels and 4 vectors loads 10 times for 24 multiplications; the loads
+// are the second limit, and they favour wide tiles.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512vnni {
+
+inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4, gemm_group = 4;
+
+/// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t g = 0; g < groups; ++g)
+                for (std::size_t o = first; o < first + outputs; ++o)
+                    for (std::size_t i = g * gemm_group; i < (g + 1) * gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
+                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
+                    }
+        first += outputs;
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+struct gemm_tile_input {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride;
+};
+
+[[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
+    std::int32_t four = 0;
+    std::memcpy(&four, inputs, sizeof four);
+    return _mm512_set1_epi32(four);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m512i* sums, __m512i inputs,
+                                                const __m512i* weights) {
+    ((sums[v] = _mm512_dpbusd_epi32(sums[v], inputs, weights[v])), ...);
+}
+
+/// Four inputs of every pixel, with all vectors of weights.
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
+                                                const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
+    const __m512i w[] = {_mm512_load_si512(weights + v * gemm_lanes * gemm_group)...};
+    (multiply_add(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m512i* to, const __m512i* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors>
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const requantizer& requantize, __mmask64 mask,
+                                               std::uint8_t* result) {
+    const __m512i a = requantize(sums[0]);
+    const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
+    const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
+    const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : a;
+    _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
+}
+
+template <std::size_t... p, std::size_t... v>
+inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
+                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
+                         const requantizer& requantize, std::size_t outputs, __mmask64 mask, std::uint8_t* result) {
+    __m512i sums[sizeof...(p) * sizeof...(v)];
+    const __m512i start[] = {_mm512_loadu_si512(bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
+        for (std::size_t g = 0; g < input.groups; ++g) {
+            multiply_add(pixels, vectors, sums, x, stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
+        }
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, mask, result + p * outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
+                          const requantizer& requantize, std::size_t outputs, __mmask64 mask, std::uint8_t* result) {
+    constexpr std::make_index_sequence<pixels> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    std::size_t p = 0;
+    for (; p + pixels <= count; p += pixels)
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - pixels;
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p)
+        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
+    const requantizer requantize(weights.fast);
+    const std::int8_t* values = weights.narrow.data();
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel);
+        const std::int32_t* const bias = weights.bias.data() + first;
+        const std::size_t outputs = weights.outputs;
+        const std::size_t rest = outputs - first, held = vectors * gemm_lanes;
+        const __mmask64 mask = first_bytes(rest < held ? rest : held);
+        std::uint8_t* const to = result + first;
+        switch (vectors) {
+            case 1: gemm_u8_panel<16, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 2: gemm_u8_panel<12, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 3: gemm_u8_panel<8, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+        }
+        first += held;
+        values += input.segment_count * input.groups * held * gemm_group;
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/gemm_u8_scalar.hpp
+// kernels/gemm_u8.hpp in portable C++.
+
+namespace ldi::scalar {
+
+/// Outputs that lie side by side in memory: input by input, the weights of so many outputs. Compilers make vectors of them.
+inline constexpr std::size_t gemm_panel = 8;
+
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const std::size_t inputs = packed.segments * packed.inputs;
+    packed.wide.resize((packed.outputs + gemm_panel - 1) / gemm_panel * gemm_panel * inputs);
+    for (std::size_t o = 0; o < packed.outputs; ++o)
+        for (std::size_t i = 0; i < inputs; ++i)
+            packed.wide[o / gemm_panel * gemm_panel * inputs + i * gemm_panel + o % gemm_panel] =
+                static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
+}
+
+/// The sums of `pixels` pixels with one panel of weights, requantised.
+template <std::size_t pixels>
+inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
+                         std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
+    std::int32_t sums[pixels][gemm_panel];
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] = weights.bias[first_output + o];
+    const std::int16_t* values = weights.wide.data() + first_output * weights.segments * weights.inputs;
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const input = segments[s] + first_pixel * pixel_stride;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += gemm_panel)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const std::int16_t x = input[p * pixel_stride + i];
+                for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{values[o]};
+            }
+    }
+    const std::size_t count = std::min(gemm_panel, weights.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o)
+            result[(first_pixel + p) * weights.outputs + first_output + o] = requantize(sums[p][o], weights.output);
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    constexpr std::size_t tile = 4;
+    for (std::size_t o = 0; o < weights.outputs; o += gemm_panel) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile) gemm_u8_tile<tile>(weights, segments, p, pixel_stride, o, result);
+        for (; p < pixels; ++p) gemm_u8_tile<1>(weights, segments, p, pixel_stride, o, result);
+    }
+}
+
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/gemm_u8.hpp
+// Matrix product of 8-bit activations and 8-bit weights, requantised to 8 bits: the 1 x 1 convolution, and any dense k x k one,
+// whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
+// instruction set implements it, all with equal results.
 
 namespace ldi {
 
-/// result[i] = a[i] + b[i], each in its own quantisation.
-inline void add_u8(const quantized_addition& addition, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
-                   std::uint8_t* result) {
-    for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], addition);
+/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI, no float form of the
+///                   requantisation), the weights are packed for a slower one; `result.target` tells
+/// weights           outputs x segments x inputs, row-major
+/// bias              outputs, in units of input scale * weight scale
+/// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
+/// input_zero_point  of the activations
+///
+/// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
+inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                                    std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
+                                    const requantization& output) {
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::most_segments);
+    LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
+    gemm_u8_weights packed;
+    packed.segments = segments;
+    packed.inputs = weights.size() / (bias.size() * segments);
+    packed.outputs = bias.size();
+    packed.output = output;
+    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
+    switch (packed.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
+        case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
+#endif
+        default: scalar::pack_gemm_u8(packed, weights, weight_zero_point); break;
+    }
+    return packed;
 }
+
+/// segments      where the first pixel's stretches of `inputs` values begin; 3 more bytes behind each pixel's must be readable
+/// pixel_stride  bytes from a pixel's stretches to the next pixel's
+/// result        pixels x outputs, row-major; must not overlap the input
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    switch (weights.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
+        case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
+        default: return scalar::gemm_u8(weights, segments, pixel_stride, pixels, result);
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/kernels/repeat_pixels_u8.hpp
+// Nearest-neighbour enlargement of one row of 8-bit activations.
+
+namespace ldi {
 
 /// Repeats every pixel of a row `factor` times: width x channels to (width * factor) x channels.
 inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::size_t channels, std::size_t factor,
                              std::uint8_t* result) {
     for (std::size_t x = 0; x < width; ++x, row += channels)
         for (std::size_t i = 0; i < factor; ++i, result += channels) std::memcpy(result, row, channels);
-}
-
-}  // namespace ldi
-
-// ---- ldi/kernels/gemm_u8.hpp
-// Matrix product of 8-bit activations and 8-bit weights, requantised to 8 bits: the 1 x 1 convolution, and with its windows laid
-// out as rows (kernels/window_rows.hpp) any dense one. This header is the contract of the family and its portable implementation.
-
-namespace ldi {
-
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
-struct gemm_u8_weights {
-    /// Outputs that lie side by side in memory: input by input, the weights of `panel` outputs.
-    static constexpr std::size_t panel = 8;
-
-    std::size_t inputs = 0, outputs = 0;
-    std::vector<std::int16_t> values;  ///< weight minus its zero point, panels x inputs x panel; unused outputs are 0
-    std::vector<std::int32_t> bias;    ///< panels x panel; the input's zero point is folded in
-    requantization output;
-};
-
-/// weights           outputs x inputs, row-major
-/// bias              outputs, in units of input scale * weight scale
-/// input_zero_point  of the activations
-///
-/// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
-inline gemm_u8_weights pack_gemm_u8(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
-                                    std::span<const std::int32_t> bias, std::uint8_t input_zero_point,
-                                    const requantization& output) {
-    constexpr std::size_t panel = gemm_u8_weights::panel;
-    LDI_ASSERT(!bias.empty() && weights.size() % bias.size() == 0);
-    gemm_u8_weights packed;
-    packed.outputs = bias.size();
-    packed.inputs = weights.size() / bias.size();
-    packed.output = output;
-    const std::size_t panels = (packed.outputs + panel - 1) / panel;
-    packed.values.resize(panels * panel * packed.inputs);
-    packed.bias.resize(panels * panel);
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        std::int16_t* const column = packed.values.data() + o / panel * panel * packed.inputs + o % panel;
-        for (std::size_t i = 0; i < packed.inputs; ++i) {
-            const std::int32_t weight = weights[o * packed.inputs + i] - std::int32_t{weight_zero_point};
-            column[i * panel] = static_cast<std::int16_t>(weight);
-            sum += weight;
-        }
-        packed.bias[o] = bias[o] - sum * input_zero_point;
-    }
-    return packed;
-}
-
-namespace scalar {
-
-/// The sums of `pixels` rows of the input with one panel of weights, requantised.
-template <std::size_t pixels>
-inline void gemm_u8_tile(const std::uint8_t* input, std::size_t inputs, const std::int16_t* weights, const std::int32_t* bias,
-                         std::size_t outputs_in_panel, const requantization& output, std::uint8_t* result,
-                         std::size_t result_stride) {
-    constexpr std::size_t panel = gemm_u8_weights::panel;
-    std::int32_t sums[pixels][panel];
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < panel; ++o) sums[p][o] = bias[o];
-    for (std::size_t i = 0; i < inputs; ++i, weights += panel)
-        for (std::size_t p = 0; p < pixels; ++p) {
-            const std::int16_t x = input[p * inputs + i];
-            for (std::size_t o = 0; o < panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{weights[o]};
-        }
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < outputs_in_panel; ++o) result[p * result_stride + o] = requantize(sums[p][o], output);
-}
-
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* input, std::size_t rows, std::uint8_t* result) {
-    constexpr std::size_t panel = gemm_u8_weights::panel, tile = 4;
-    for (std::size_t first = 0; first < weights.outputs; first += panel) {
-        const std::int16_t* const values = weights.values.data() + first * weights.inputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t count = (std::min)(panel, weights.outputs - first);
-        std::size_t row = 0;
-        for (; row + tile <= rows; row += tile)
-            gemm_u8_tile<tile>(input + row * weights.inputs, weights.inputs, values, bias, count, weights.output,
-                               result + row * weights.outputs + first, weights.outputs);
-        for (; row < rows; ++row)
-            gemm_u8_tile<1>(input + row * weights.inputs, weights.inputs, values, bias, count, weights.output,
-                            result + row * weights.outputs + first, weights.outputs);
-    }
-}
-
-}  // namespace scalar
-
-/// input   rows x inputs, row-major
-/// result  rows x outputs, row-major; must not overlap the input
-inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* input, std::size_t rows, std::uint8_t* result) {
-    scalar::gemm_u8(weights, input, rows, result);
-}
-
-}  // namespace ldi
-
-// ---- ldi/kernels/window_rows.hpp
-// The k x k windows of an image laid out as the rows of a matrix, so that a dense convolution becomes a matrix product.
-
-namespace ldi {
-
-/// An image and how a convolution looks at it: `side / 2` pixels of padding all round.
-struct window_geometry {
-    std::size_t height = 0, width = 0, channels = 0;  ///< of the image
-    std::size_t side = 1;                             ///< k, odd
-    std::size_t stride = 1;
-    std::uint8_t padding = 0;  ///< the value of what lies outside the image
-
-    std::size_t result_height() const { return (height - 1) / stride + 1; }
-    std::size_t result_width() const { return (width - 1) / stride + 1; }
-};
-
-/// Writes the windows of result pixels (first_x .. first_x + count - 1, y), one after the other, each k x k x channels.
-inline void window_rows(const window_geometry& g, const std::uint8_t* image, std::size_t y, std::size_t first_x,
-                        std::size_t count, std::uint8_t* windows) {
-    const std::size_t margin = g.side / 2;
-    for (std::size_t x = first_x; x < first_x + count; ++x)
-        for (std::size_t ky = 0; ky < g.side; ++ky)
-            for (std::size_t kx = 0; kx < g.side; ++kx, windows += g.channels) {
-                // One margin more than the position that is read, so that it never goes below zero.
-                const std::size_t row = y * g.stride + ky, column = x * g.stride + kx;
-                const bool inside = row >= margin && row < g.height + margin && column >= margin && column < g.width + margin;
-                if (inside)
-                    std::memcpy(windows, image + ((row - margin) * g.width + column - margin) * g.channels, g.channels);
-                else
-                    std::memset(windows, g.padding, g.channels);
-            }
 }
 
 }  // namespace ldi
@@ -1744,8 +2981,6 @@ struct network_description {
 // ---- ldi/nn/detail/check_network.hpp
 // Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
 // used, and an error names the tensor.
-
-#include <limits>
 
 namespace ldi::detail {
 
@@ -1855,9 +3090,8 @@ inline void check_network(const network_description& network) {
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/quantized_network.hpp
-// Runs a network of 8-bit convolutions, additions and nearest-neighbour enlargements (paper, section "Depth Estimation",
-// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+// ---- ldi/nn/detail/packed_layer.hpp
+// The layers of a quantized_network as its kernels take them.
 
 namespace ldi {
 
@@ -1868,231 +3102,790 @@ struct tensor_size {
     friend bool operator==(const tensor_size&, const tensor_size&) = default;
 };
 
-/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
-class quantized_network {
-public:
-    /// No run may need more than this for the tensors that are alive at the same time.
-    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+namespace detail {
 
-    /// Raises an error that names the tensor if the description is not a network that ldi can run.
-    explicit quantized_network(const network_description& description) {
-        detail::check_network(description);
-        input_ = {description.input_name, description.input, description.input_channels};
-        for (const operator_description& op : description.operators) layers_.push_back(make_layer(op));
-        output_ = description.output;
-        find_last_uses();
+struct dense_layer {
+    std::size_t kernel, stride;
+    std::uint8_t padding;
+    gemm_u8_weights weights;
+
+    bool is_pointwise() const { return kernel == 1 && stride == 1; }
+};
+
+struct depthwise_layer {
+    depthwise_u8_weights weights;
+};
+
+struct addition_layer {
+    add_u8_constants sum;
+};
+
+struct resize_layer {
+    std::size_t factor;
+};
+
+struct packed_layer {
+    std::string name;
+    quantization values;              ///< of the tensor it makes
+    std::size_t channels = 0;         ///< of the tensor it makes
+    std::vector<std::size_t> inputs;  ///< tensors; two for an addition
+    std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
+};
+
+/// `description` has passed check_network(). `inputs` are what op.inputs stand for.
+inline packed_layer pack_layer(isa target, const operator_description& op, const std::vector<quantization>& values,
+                               const std::vector<std::size_t>& channels) {
+    packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
+    if (const auto* c = std::get_if<convolution_description>(&op.kind)) {
+        const quantization from = values[c->input];
+        const requantization output =
+            make_requantization(requantization_scale(from, c->weight_quantization, op.output), op.output.zero_point);
+        const std::uint8_t weight_zero = c->weight_quantization.zero_point;
+        packed.channels = c->bias.size();
+        packed.inputs = {c->input};
+        if (c->depthwise)
+            packed.kind =
+                depthwise_layer{pack_depthwise_u8(target, c->weights, weight_zero, c->bias, c->stride, from.zero_point, output)};
+        else
+            packed.kind = dense_layer{c->kernel, c->stride, from.zero_point,
+                                      pack_gemm_u8(target, c->weights, weight_zero, c->bias, c->kernel, from.zero_point, output)};
+    } else if (const auto* s = std::get_if<addition_description>(&op.kind)) {
+        const quantization a = values[s->inputs[0]], b = values[s->inputs[1]];
+        packed.channels = channels[s->inputs[0]];
+        packed.inputs = {s->inputs[0], s->inputs[1]};
+        packed.kind = addition_layer{prepare_add_u8(target, make_quantized_addition(a, b, op.output))};
+    } else if (const auto* r = std::get_if<nearest_resize_description>(&op.kind)) {
+        packed.channels = channels[r->input];
+        packed.inputs = {r->input};
+        packed.kind = resize_layer{r->factor};
+    }
+    return packed;
+}
+
+inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
+    const auto shrunk = [input](std::size_t stride) {
+        return tensor_size{(input.height - 1) / stride + 1, (input.width - 1) / stride + 1};
+    };
+    if (const auto* d = std::get_if<dense_layer>(&layer.kind)) return shrunk(d->stride);
+    if (const auto* d = std::get_if<depthwise_layer>(&layer.kind)) return shrunk(d->weights.stride);
+    if (const auto* r = std::get_if<resize_layer>(&layer.kind)) return {input.height * r->factor, input.width * r->factor};
+    return input;
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/nn/detail/row_chain.hpp
+// Runs layers that follow on each other as one: a strip of rows of the last layer's result at a time. Between the layers only the
+// rows that the next one still needs are kept, in rings that stay in the processor's caches, so that the six- to fifteenfold
+// wider tensors inside the network's blocks never reach memory.
+
+namespace ldi::detail {
+
+/// Rows of a tensor.
+struct row_range {
+    std::size_t first = 0, end = 0;
+
+    std::size_t count() const { return end - first; }
+};
+
+/// One layer of a chain and the shapes around it.
+struct chain_stage {
+    const packed_layer* layer = nullptr;
+    tensor_size input, output;  ///< as stored: without the enlargement by `repeat`
+    std::size_t input_channels = 0;
+    std::size_t repeat = 1;        ///< depthwise only: the input counts as enlarged by this
+    std::size_t other = 0;         ///< addition only: the tensor that the chain does not bring
+    bool chain_is_second = false;  ///< addition only
+    std::size_t rows = 0;          ///< computed at a time
+    std::size_t ring_rows = 0;     ///< of its result that are kept; 0 for the last stage
+
+    std::size_t output_row_bytes() const { return output.width * layer->channels; }
+    std::size_t input_row_bytes() const { return input.width * input_channels; }
+
+    std::size_t kernel() const {
+        if (const auto* d = std::get_if<dense_layer>(&layer->kind)) return d->kernel;
+        return std::holds_alternative<depthwise_layer>(layer->kind) ? 3 : 1;
+    }
+    std::size_t stride() const {
+        if (const auto* d = std::get_if<dense_layer>(&layer->kind)) return d->stride;
+        const auto* d = std::get_if<depthwise_layer>(&layer->kind);
+        return d == nullptr ? 1 : d->weights.stride;
+    }
+    /// Rows of the input that stand for one, vertically: what resizing does, alone or in front of a depthwise convolution.
+    std::size_t enlargement() const {
+        const auto* r = std::get_if<resize_layer>(&layer->kind);
+        return r == nullptr ? repeat : r->factor;
     }
 
-    quantization input_quantization() const { return input_.values; }
-    quantization output_quantization() const { return tensor(output_).values; }
-    std::size_t input_channels() const { return input_.channels; }
-    std::size_t output_channels() const { return tensor(output_).channels; }
-    std::size_t layer_count() const { return layers_.size(); }
+    /// The rows of the input that these rows of the result are made from.
+    row_range needs(row_range result) const {
+        const std::size_t margin = kernel() / 2, height = input.height * enlargement();
+        const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
+        return {(first > margin ? first - margin : 0) / enlargement(), std::min(last, height - 1) / enlargement() + 1};
+    }
+    /// The most rows that needs() asks for `count` rows of the result.
+    std::size_t most_needed(std::size_t count) const {
+        return std::min(input.height, ((count - 1) * stride() + kernel() - 1) / enlargement() + 2);
+    }
 
-    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
-    tensor_size output_size(tensor_size input) const { return plan(input)[output_]; }
+    std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
+    /// Dense convolutions read rows with padding on both sides.
+    std::size_t padded_bytes() const {
+        const auto* d = std::get_if<dense_layer>(&layer->kind);
+        return d == nullptr || d->is_pointwise() ? 0 : d->kernel * padded_row_bytes();
+    }
+    std::size_t ring_bytes() const { return ring_rows == 0 ? 0 : ring_rows * output_row_bytes() + slack; }
 
-    /// What run() calls after each layer unless told otherwise.
-    struct ignore_layers {
-        void operator()(std::size_t, std::string_view, const image<std::uint8_t>&) const {}
-    };
+    static constexpr std::size_t slack = 64;  ///< readable bytes behind the last value, as kernels ask for
+};
 
-    /// input    H x W x input_channels(), in input_quantization()
-    /// observe  called as observe(layer, name, tensor) on the calling thread once each layer's tensor is complete; what it
-    ///          throws ends the run
-    /// Returns the result in output_quantization(). Tensors are freed as soon as no later layer reads them.
-    template <executor Executor, class Observe = ignore_layers>
-    image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Observe&& observe = {}) const {
-        if (channels(input) != input_.channels)
-            raise(error_code::mismatch, input_.name, std::to_string(input_.channels) + " channels",
-                  std::to_string(channels(input)));
-        const std::vector<tensor_size> sizes = plan({height(input), width(input)});
-        std::vector<image<std::uint8_t>> made(layers_.size() + 1);
-        const auto read = [&](std::size_t t) -> const image<std::uint8_t>& { return t == 0 ? input : made[t]; };
-        for (std::size_t i = 0; i < layers_.size(); ++i) {
-            const layer& l = layers_[i];
-            image<std::uint8_t>& result = made[i + 1];
-            result = make_image<std::uint8_t>(sizes[i + 1].height, sizes[i + 1].width, l.result.channels);
-            std::visit([&](const auto& kind) { execute(kind, read, result, threads); }, l.kind);
-            observe(i, std::string_view(l.result.name), std::as_const(result));
-            for (std::size_t t : l.last_uses) made[t] = {};
+inline constexpr std::size_t wanted_pixels = 64;  ///< at a time: enough for packed weights to be used often once they are near
+
+/// Decides how many rows each stage computes at a time, and how many are kept.
+inline void plan_rings(std::vector<chain_stage>& chain) {
+    chain_stage& last = chain.back();
+    last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
+    for (std::size_t s = chain.size() - 1; s > 0; --s) {
+        chain[s - 1].ring_rows = chain[s].most_needed(chain[s].rows);
+        chain[s - 1].rows = chain[s - 1].ring_rows;
+    }
+}
+
+inline std::size_t round_up(std::size_t bytes) { return (bytes + cache_line - 1) / cache_line * cache_line; }
+
+/// Working memory of one strip.
+inline std::size_t chain_bytes(const std::vector<chain_stage>& chain) {
+    std::size_t bytes = 0;
+    for (const chain_stage& stage : chain) bytes += round_up(stage.ring_bytes()) + round_up(stage.padded_bytes());
+    return bytes;
+}
+
+/// Where the rows of a tensor are: `middle` in the tensor itself, those before and behind it in copies, because others may be
+/// overwriting them.
+struct row_source {
+    const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
+    row_range middle;
+    std::size_t reach = 0, row_bytes = 0;  ///< copied rows on each side of a cut
+
+    const std::uint8_t* row(std::size_t y) const {
+        if (y < middle.first) return before + (y + reach - middle.first) * row_bytes;
+        if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
+        return rows + y * row_bytes;
+    }
+    /// Rows from y on that lie one behind the other.
+    std::size_t run(std::size_t y) const {
+        return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
+    }
+};
+
+/// Computes rows of a chain's result. One object per strip.
+class chain_runner {
+public:
+    /// memory   chain_bytes() bytes, aligned to a cache line
+    /// tensors  address of each tensor that an addition of the chain reads
+    chain_runner(const std::vector<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors,
+                 std::uint8_t* result, std::uint8_t* memory)
+        : chain_(chain), input_(input), tensors_(tensors), result_(result), state_(chain.size()) {
+        for (std::size_t s = 0; s < chain.size(); ++s) {
+            state_[s].ring = memory;
+            memory += round_up(chain[s].ring_bytes());
+            state_[s].padded = memory;
+            memory += round_up(chain[s].padded_bytes());
         }
-        if (output_ == 0) return input;
-        return std::move(made[output_]);
+    }
+
+    void run(row_range rows) {
+        row_range needed = rows;
+        for (std::size_t s = chain_.size(); s-- > 0;) {
+            state_[s].made = needed.first;
+            needed = chain_[s].needs(needed);
+            state_[s].next_padded = needed.first;
+        }
+        make(chain_.size() - 1, rows.end);
     }
 
 private:
-    struct tensor_kind {
-        std::string name;
-        quantization values;
-        std::size_t channels = 0;
-    };
-    struct dense_convolution {
-        std::size_t input, kernel, stride;
-        std::uint8_t padding;
-        gemm_u8_weights weights;
-    };
-    struct depthwise_convolution {
-        std::size_t input, stride;
-        depthwise_u8_weights weights;
-    };
-    struct addition {
-        std::size_t a, b;
-        quantized_addition arithmetic;
-    };
-    struct nearest_resize {
-        std::size_t input, factor;
-    };
-    struct layer {
-        tensor_kind result;
-        std::variant<dense_convolution, depthwise_convolution, addition, nearest_resize> kind;
-        std::vector<std::size_t> last_uses;  ///< tensors that no later layer reads
+    struct stage_state {
+        std::uint8_t *ring = nullptr, *padded = nullptr;
+        std::size_t made = 0;         // rows before this one have been computed
+        std::size_t next_padded = 0;  // rows of the input before this one have been copied
     };
 
-    const tensor_kind& tensor(std::size_t t) const { return t == 0 ? input_ : layers_[t - 1].result; }
-
-    layer make_layer(const operator_description& op) const {
-        layer made{{op.name, op.output, 0}, nearest_resize{}, {}};
-        if (const auto* c = std::get_if<convolution_description>(&op.kind)) {
-            const tensor_kind& from = tensor(c->input);
-            const requantization output = make_requantization(
-                detail::requantization_scale(from.values, c->weight_quantization, op.output), op.output.zero_point);
-            const std::uint8_t weight_zero = c->weight_quantization.zero_point, input_zero = from.values.zero_point;
-            made.result.channels = c->bias.size();
-            if (c->depthwise)
-                made.kind = depthwise_convolution{c->input, c->stride,
-                                                  pack_depthwise_u8(c->weights, weight_zero, c->bias, input_zero, output)};
-            else
-                made.kind = dense_convolution{c->input, c->kernel, c->stride, input_zero,
-                                              pack_gemm_u8(c->weights, weight_zero, c->bias, input_zero, output)};
-        } else if (const auto* s = std::get_if<addition_description>(&op.kind)) {
-            const tensor_kind &a = tensor(s->inputs[0]), &b = tensor(s->inputs[1]);
-            made.result.channels = a.channels;
-            made.kind = addition{s->inputs[0], s->inputs[1], make_quantized_addition(a.values, b.values, op.output)};
-        } else if (const auto* r = std::get_if<nearest_resize_description>(&op.kind)) {
-            made.result.channels = tensor(r->input).channels;
-            made.kind = nearest_resize{r->input, r->factor};
+    /// Computes the rows of a stage that come before `end`.
+    void make(std::size_t s, std::size_t end) {
+        const chain_stage& stage = chain_[s];
+        while (state_[s].made < end) {
+            const row_range rows{state_[s].made, std::min(end, state_[s].made + stage.rows)};
+            if (s > 0) make(s - 1, stage.needs(rows).end);
+            std::visit([&](const auto& kind) { compute(kind, s, rows); }, stage.layer->kind);
+            state_[s].made = rows.end;
         }
-        return made;
     }
 
-    static std::vector<std::size_t> inputs(const layer& l) {
-        if (const auto* a = std::get_if<addition>(&l.kind)) return {a->a, a->b};
-        if (const auto* c = std::get_if<dense_convolution>(&l.kind)) return {c->input};
-        if (const auto* d = std::get_if<depthwise_convolution>(&l.kind)) return {d->input};
-        if (const auto* r = std::get_if<nearest_resize>(&l.kind)) return {r->input};
-        return {};
+    const std::uint8_t* input_row(std::size_t s, std::size_t y) const { return s == 0 ? input_.row(y) : output_row(s - 1, y); }
+    std::uint8_t* output_row(std::size_t s, std::size_t y) const {
+        const std::size_t bytes = chain_[s].output_row_bytes();
+        return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
+    }
+    /// Rows from y on that lie one behind the other, in a stage's result.
+    std::size_t run_of_output(std::size_t s, std::size_t y) const {
+        return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
+    }
+    std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t most) const {
+        const std::size_t input = s == 0 ? input_.run(y) : run_of_output(s - 1, y);
+        return std::min({input, run_of_output(s, y), most});
+    }
+
+    void compute(const dense_layer& layer, std::size_t s, row_range rows) {
+        const chain_stage& stage = chain_[s];
+        if (!layer.is_pointwise()) {
+            for (std::size_t y = rows.first; y < rows.end; ++y) compute_windows(layer, s, y);
+            return;
+        }
+        for (std::size_t y = rows.first; y < rows.end;) {
+            const std::size_t count = run_of_rows(s, y, rows.end - y);
+            const std::uint8_t* const input = input_row(s, y);
+            gemm_u8(layer.weights, &input, stage.input_channels, count * stage.output.width, output_row(s, y));
+            y += count;
+        }
+    }
+
+    void compute_windows(const dense_layer& layer, std::size_t s, std::size_t y) {
+        const chain_stage& stage = chain_[s];
+        const std::size_t margin = layer.kernel / 2, row_bytes = stage.padded_row_bytes(), height = stage.input.height;
+        stage_state& state = state_[s];
+        const row_range needed = stage.needs({y, y + 1});
+        state.next_padded = std::max(state.next_padded, needed.first);
+        for (; state.next_padded < needed.end; ++state.next_padded) {
+            std::uint8_t* const to = state.padded + state.next_padded % layer.kernel * row_bytes;
+            const std::size_t side = margin * stage.input_channels;
+            std::memset(to, layer.padding, side);
+            std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
+            std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
+        }
+        std::array<const std::uint8_t*, gemm_u8_weights::most_segments> segments{};
+        for (std::size_t k = 0; k < layer.kernel; ++k) {
+            const std::size_t row = y * layer.stride + k;  // plus the margin
+            if (row >= margin && row < height + margin) {
+                segments[k] = state.padded + (row - margin) % layer.kernel * row_bytes;
+            } else {  // at least one row inside is missing from the window, so its slot is free
+                std::uint8_t* const free = state.padded + (row + layer.kernel - margin) % layer.kernel * row_bytes;
+                std::memset(free, layer.padding, row_bytes);
+                segments[k] = free;
+            }
+        }
+        gemm_u8(layer.weights, segments.data(), stage.input_channels * layer.stride, stage.output.width, output_row(s, y));
+    }
+
+    void compute(const depthwise_layer& layer, std::size_t s, row_range rows) {
+        const chain_stage& stage = chain_[s];
+        const std::size_t height = stage.input.height * stage.repeat;
+        for (std::size_t y = rows.first; y < rows.end; ++y) {
+            const std::uint8_t* window[3];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::size_t row = y * layer.weights.stride + k;  // plus one
+                window[k] = row == 0 || row > height ? nullptr : input_row(s, (row - 1) / stage.repeat);
+            }
+            depthwise_u8(layer.weights, window, stage.input.width, stage.repeat, output_row(s, y));
+        }
+    }
+
+    void compute(const addition_layer& layer, std::size_t s, row_range rows) {
+        const chain_stage& stage = chain_[s];
+        const std::size_t bytes = stage.output_row_bytes();
+        for (std::size_t y = rows.first; y < rows.end; ++y) {
+            const std::uint8_t *a = input_row(s, y), *b = tensors_[stage.other] + y * bytes;
+            if (stage.chain_is_second) std::swap(a, b);
+            add_u8(layer.sum, a, b, bytes, output_row(s, y));
+        }
+    }
+
+    void compute(const resize_layer& layer, std::size_t s, row_range rows) {
+        const chain_stage& stage = chain_[s];
+        for (std::size_t y = rows.first; y < rows.end; ++y)
+            repeat_pixels_u8(input_row(s, y / layer.factor), stage.input.width, stage.input_channels, layer.factor,
+                             output_row(s, y));
+    }
+
+    const std::vector<chain_stage>& chain_;
+    row_source input_;
+    std::uint8_t* const* tensors_;
+    std::uint8_t* result_;
+    std::vector<stage_state> state_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/nn/detail/schedule.hpp
+// In which chains the layers of a network run, and where in one block of memory their tensors lie.
+
+namespace ldi::detail {
+
+/// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
+struct schedule_step {
+    std::size_t input = 0;
+    std::vector<std::size_t> layers;
+
+    std::size_t output() const { return layers.back() + 1; }
+};
+
+/// How often each tensor is read; the network's result counts as read once more.
+inline std::vector<std::size_t> count_readers(const std::vector<packed_layer>& layers, std::size_t output) {
+    std::vector<std::size_t> readers(layers.size() + 1);
+    for (const packed_layer& layer : layers)
+        for (std::size_t t : layer.inputs) ++readers[t];
+    ++readers[output];
+    return readers;
+}
+
+inline const dense_layer* pointwise(const packed_layer& layer) {
+    const auto* d = std::get_if<dense_layer>(&layer.kind);
+    return d != nullptr && d->is_pointwise() ? d : nullptr;
+}
+
+/// A dense convolution with few inputs and only 1 x 1 convolutions behind it costs less to compute for each of them than to write
+/// and to read again.
+inline bool is_cheap_head(const std::vector<packed_layer>& layers, std::size_t layer, std::size_t output) {
+    constexpr std::size_t few = 64;
+    const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
+    if (d == nullptr || d->is_pointwise() || d->weights.segments * d->weights.inputs > few || output == layer + 1) return false;
+    std::size_t readers = 0;
+    for (const packed_layer& reader : layers)
+        for (std::size_t t : reader.inputs)
+            if (t == layer + 1) {
+                if (pointwise(reader) == nullptr) return false;
+                ++readers;
+            }
+    return readers > 0;
+}
+
+/// Whether `next` may continue a chain that `layer` ends: the parts of an inverted residual block (1 x 1 convolution,
+/// enlargement, depthwise convolution, 1 x 1 convolution, additions).
+inline bool continues(const packed_layer& layer, const packed_layer& next) {
+    const bool is_resize = std::holds_alternative<resize_layer>(layer.kind);
+    if (std::holds_alternative<depthwise_layer>(next.kind)) return pointwise(layer) != nullptr || is_resize;
+    if (std::holds_alternative<resize_layer>(next.kind)) return pointwise(layer) != nullptr;
+    if (std::holds_alternative<addition_layer>(next.kind)) return !is_resize;
+    return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
+}
+
+/// One layer a step.
+inline std::vector<schedule_step> layer_by_layer(const std::vector<packed_layer>& layers) {
+    std::vector<schedule_step> steps;
+    for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
+    return steps;
+}
+
+/// As few tensors as possible leave a chain.
+inline std::vector<schedule_step> fuse(const std::vector<packed_layer>& layers, std::size_t output) {
+    const std::vector<std::size_t> readers = count_readers(layers, output);
+    std::vector<schedule_step> steps;
+    for (std::size_t i = 0; i < layers.size();) {
+        if (is_cheap_head(layers, i, output)) {
+            ++i;
+            continue;
+        }
+        schedule_step step{layers[i].inputs[0], {}};
+        if (pointwise(layers[i]) != nullptr && step.input > 0 && is_cheap_head(layers, step.input - 1, output)) {
+            step.layers.push_back(step.input - 1);
+            step.input = layers[step.input - 1].inputs[0];
+        }
+        step.layers.push_back(i);
+        for (++i; i < layers.size(); ++i) {
+            const packed_layer& next = layers[i];
+            const bool reads_it = std::find(next.inputs.begin(), next.inputs.end(), i) != next.inputs.end();
+            if (!reads_it || readers[i] != 1 || !continues(layers[i - 1], next)) break;
+            step.layers.push_back(i);
+        }
+        steps.push_back(step);
+    }
+    return steps;
+}
+
+/// The tensors that a step reads from memory.
+inline std::vector<std::size_t> tensors_read(const std::vector<packed_layer>& layers, const schedule_step& step) {
+    std::vector<std::size_t> read{step.input};
+    std::size_t brought = step.input;
+    for (std::size_t layer : step.layers) {
+        bool is_brought = false;
+        for (std::size_t t : layers[layer].inputs) {
+            if (t != brought || is_brought) read.push_back(t);
+            is_brought = is_brought || t == brought;
+        }
+        brought = layer + 1;
+    }
+    return read;
+}
+
+/// A step for an input of a certain size.
+struct planned_step {
+    std::vector<chain_stage> chain;
+    std::size_t input = 0, output = 0;
+    bool overwrites_input = false;  ///< the result lies where the input lies
+    std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
+};
+
+struct schedule_plan {
+    std::vector<planned_step> steps;
+    std::vector<std::size_t> offsets;  ///< of each tensor that is stored
+    std::size_t tensor_bytes = 0;      ///< of all of them together
+    std::size_t strip_bytes = 0;       ///< working memory of one strip
+    std::size_t cut_bytes = 0;         ///< copied rows around one cut between strips
+};
+
+inline std::vector<chain_stage> plan_chain(const std::vector<packed_layer>& layers, const schedule_step& step,
+                                           const std::vector<tensor_size>& sizes, const std::vector<std::size_t>& channels) {
+    std::vector<chain_stage> chain;
+    std::size_t from = step.input, repeat = 1;
+    for (std::size_t i = 0; i < step.layers.size(); ++i) {
+        const std::size_t l = step.layers[i];
+        const packed_layer& layer = layers[l];
+        const std::size_t brought = i == 0 ? step.input : step.layers[i - 1] + 1;
+        const auto* resize = std::get_if<resize_layer>(&layer.kind);
+        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution behind it does it
+            repeat = resize->factor;
+            continue;
+        }
+        chain_stage stage;
+        stage.layer = &layer;
+        stage.input = sizes[from], stage.output = sizes[l + 1], stage.input_channels = channels[from];
+        stage.repeat = repeat;
+        if (layer.inputs.size() == 2) {
+            stage.chain_is_second = layer.inputs[0] != brought;
+            stage.other = layer.inputs[stage.chain_is_second ? 0 : 1];
+        }
+        chain.push_back(stage);
+        from = l + 1, repeat = 1;
+    }
+    plan_rings(chain);
+    return chain;
+}
+
+/// Whether the result of a chain may overwrite `tensor`, which its last addition reads and nothing reads later.
+inline void plan_overwriting(planned_step& step, std::size_t tensor) {
+    if (tensor != step.input || step.chain.size() == 1) return;
+    std::size_t reach = 0;
+    for (const chain_stage& stage : step.chain) reach += stage.kernel() / 2;
+    step.overwrites_input = true;
+    step.reach = reach;
+}
+
+inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
+    const chain_stage& last = step.chain.back();
+    if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
+    if (tensor != step.input || step.chain.size() == 1) return true;
+    // Rows of the input are overwritten soon after they were read: each may be read only once, apart from the addition.
+    for (const chain_stage& stage : step.chain)
+        if (stage.stride() != 1 || stage.repeat != 1) return false;
+    return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
+}
+
+/// A piece of memory that one tensor after the other lies in.
+struct tensor_block {
+    std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
+};
+
+/// Large blocks first, each at the lowest place that is free as long as it lives. Returns the end of the highest.
+inline std::size_t place(std::vector<tensor_block>& blocks) {
+    std::vector<tensor_block*> order, placed;
+    for (tensor_block& block : blocks)
+        if (block.bytes > 0) order.push_back(&block);
+    std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
+    std::size_t highest = 0;
+    for (tensor_block* block : order) {
+        block->offset = 0;
+        for (const tensor_block* other : placed) {  // by offset
+            const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
+            if (!meets) continue;
+            if (block->offset + block->bytes <= other->offset) break;
+            block->offset = std::max(block->offset, other->offset + other->bytes);
+        }
+        highest = std::max(highest, block->offset + block->bytes);
+        placed.insert(std::upper_bound(placed.begin(), placed.end(), block,
+                                       [](const auto* a, const auto* b) { return a->offset < b->offset; }),
+                      block);
+    }
+    return highest;
+}
+
+/// sizes, channels  of all tensors
+inline schedule_plan plan_schedule(const std::vector<packed_layer>& layers, const std::vector<schedule_step>& schedule,
+                                   const std::vector<tensor_size>& sizes, const std::vector<std::size_t>& channels,
+                                   std::size_t output, bool overwrite) {
+    schedule_plan plan;
+    std::vector<std::size_t> last_reader(sizes.size());
+    for (std::size_t i = 0; i < schedule.size(); ++i)
+        for (std::size_t t : tensors_read(layers, schedule[i])) last_reader[t] = i;
+    last_reader[output] = schedule.size();
+
+    const auto bytes = [&](std::size_t t) {
+        return round_up(sizes[t].height * sizes[t].width * channels[t] + chain_stage::slack);
+    };
+    std::vector<tensor_block> blocks{{bytes(0), 0, last_reader[0], 0}};
+    std::vector<std::size_t> block_of(sizes.size());
+    for (std::size_t i = 0; i < schedule.size(); ++i) {
+        planned_step step{plan_chain(layers, schedule[i], sizes, channels), schedule[i].input, schedule[i].output()};
+        const std::size_t last_step = std::max(last_reader[step.output], i);
+        const std::size_t other = step.chain.back().other;
+        if (overwrite && last_reader[other] == i && can_overwrite(step, other)) {
+            block_of[step.output] = block_of[other];
+            blocks[block_of[other]].last_step = last_step;
+            plan_overwriting(step, other);
+        } else {
+            block_of[step.output] = blocks.size();
+            blocks.push_back({bytes(step.output), i, last_step, 0});
+        }
+        plan.strip_bytes = std::max(plan.strip_bytes, chain_bytes(step.chain));
+        if (step.overwrites_input)
+            plan.cut_bytes =
+                std::max(plan.cut_bytes, round_up(2 * step.reach * step.chain.front().input_row_bytes() + chain_stage::slack));
+        plan.steps.push_back(step);
+    }
+    plan.tensor_bytes = place(blocks);
+    for (std::size_t t = 0; t < sizes.size(); ++t) plan.offsets.push_back(blocks[block_of[t]].offset);
+    return plan;
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/nn/quantized_network.hpp
+// Runs a network of 8-bit convolutions, additions and nearest-neighbour enlargements (paper, section "Depth Estimation",
+// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+
+#include <memory>
+
+namespace ldi {
+
+/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
+class quantized_network {
+public:
+    /// No run may need more than this for the tensors that are alive at the same time when each layer runs on its own.
+    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+
+    /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
+    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
+        LDI_ASSERT(is_available(target));
+        detail::check_network(description);
+        input_name_ = description.input_name;
+        values_ = {description.input};
+        channels_ = {description.input_channels};
+        for (const operator_description& op : description.operators) {
+            layers_.push_back(detail::pack_layer(target, op, values_, channels_));
+            values_.push_back(op.output);
+            channels_.push_back(layers_.back().channels);
+        }
+        output_ = description.output;
+        find_last_uses();
+        fused_ = detail::fuse(layers_, output_);
+        unfused_ = detail::layer_by_layer(layers_);
+    }
+
+    quantization input_quantization() const { return values_.front(); }
+    quantization output_quantization() const { return values_[output_]; }
+    std::size_t input_channels() const { return channels_.front(); }
+    std::size_t output_channels() const { return channels_[output_]; }
+    std::size_t layer_count() const { return layers_.size(); }
+    isa target() const { return target_; }
+
+    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
+    tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
+
+    /// Bytes that run() works in, beside its input and its result.
+    std::size_t working_bytes(tensor_size input, std::size_t threads) const {
+        return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
+    }
+
+    /// What run() calls after each step unless told otherwise.
+    struct ignore_progress {
+        void operator()(float) const {}
+    };
+
+    /// input     H x W x input_channels(), in input_quantization()
+    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; what it throws ends the run
+    /// memory    where to work, at least working_bytes(); if empty, memory is allocated for the run
+    /// Returns the result in output_quantization().
+    template <executor Executor, class Progress = ignore_progress>
+    image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
+                            std::span<std::byte> memory = {}) const {
+        check_channels(input);
+        const detail::schedule_plan planned = plan({height(input), width(input)}, fused_, true);
+        const auto after_step = [&](std::size_t step, const std::uint8_t*) {
+            progress(static_cast<float>(step + 1) / static_cast<float>(planned.steps.size()));
+        };
+        return run_steps(input, threads, planned, memory, after_step);
+    }
+
+    /// The same result layer by layer, slower, for looking into the network.
+    ///
+    /// observe  called as observe(layer, name, tensor) on the calling thread with the tensor that each layer makes; what it
+    ///          throws ends the run
+    template <executor Executor, class Observe>
+    image<std::uint8_t> run_observed(const image<std::uint8_t>& input, Executor& threads, Observe&& observe) const {
+        check_channels(input);
+        const std::vector<tensor_size> all = sizes({height(input), width(input)});
+        const detail::schedule_plan planned = plan({height(input), width(input)}, unfused_, false);
+        const auto after_step = [&](std::size_t layer, const std::uint8_t* values) {
+            const image<std::uint8_t> tensor = to_image(values, all[layer + 1], channels_[layer + 1]);
+            observe(layer, std::string_view(layers_[layer].name), tensor);
+        };
+        return run_steps(input, threads, planned, {}, after_step);
+    }
+
+private:
+    void check_channels(const image<std::uint8_t>& input) const {
+        if (channels(input) != input_channels())
+            raise(error_code::mismatch, input_name_, std::to_string(input_channels()) + " channels",
+                  std::to_string(channels(input)));
     }
 
     void find_last_uses() {
         std::vector<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
             last[i + 1] = i;  // a tensor that nothing reads goes at once
-            for (std::size_t t : inputs(layers_[i])) last[t] = i;
+            for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
+        last_uses_.resize(layers_.size());
         for (std::size_t t = 1; t < last.size(); ++t)
-            if (t != output_) layers_[last[t]].last_uses.push_back(t);
+            if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
     /// The size of every tensor, found before anything is allocated.
-    std::vector<tensor_size> plan(tensor_size input) const {
+    std::vector<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
-            raise(error_code::invalid_data, input_.name, "at least one pixel",
+            raise(error_code::invalid_data, input_name_, "at least one pixel",
                   std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
-        std::vector<tensor_size> sizes{input};
-        std::uint64_t alive = bytes(input_, input);
+        std::vector<tensor_size> found{input};
+        std::uint64_t alive = bytes(0, input);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            const layer& l = layers_[i];
-            sizes.push_back(size_after(l, sizes));
-            alive += bytes(l.result, sizes.back());
+            const detail::packed_layer& layer = layers_[i];
+            const tensor_size first = found[layer.inputs[0]];
+            for (std::size_t t : layer.inputs)
+                if (found[t] != first)
+                    raise(error_code::mismatch, layer.name, "two tensors of equal size to add",
+                          std::to_string(first.width) + " x " + std::to_string(first.height) + " and " +
+                              std::to_string(found[t].width) + " x " + std::to_string(found[t].height));
+            found.push_back(detail::size_after(layer, first));
+            alive += bytes(i + 1, found.back());
             if (alive > most_bytes)
-                raise(error_code::too_large, l.result.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
+                raise(error_code::too_large, layer.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
                       "an input of " + std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
-            for (std::size_t t : l.last_uses) alive -= bytes(tensor(t), sizes[t]);
+            for (std::size_t t : last_uses_[i]) alive -= bytes(t, found[t]);
         }
-        return sizes;
+        return found;
     }
 
     /// Bytes of a tensor, or more than most_bytes if that overflows.
-    static std::uint64_t bytes(const tensor_kind& kind, tensor_size size) {
-        std::uint64_t product = kind.channels;
+    std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
+        std::uint64_t product = channels_[tensor];
         for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
             product = factor > most_bytes || product * factor > most_bytes ? most_bytes + 1 : product * factor;
         return product;
     }
 
-    tensor_size size_after(const layer& l, const std::vector<tensor_size>& sizes) const {
-        const auto shrunk = [](tensor_size s, std::size_t stride) {
-            return tensor_size{(s.height - 1) / stride + 1, (s.width - 1) / stride + 1};
-        };
-        if (const auto* c = std::get_if<dense_convolution>(&l.kind)) return shrunk(sizes[c->input], c->stride);
-        if (const auto* d = std::get_if<depthwise_convolution>(&l.kind)) return shrunk(sizes[d->input], d->stride);
-        if (const auto* r = std::get_if<nearest_resize>(&l.kind))
-            return {sizes[r->input].height * r->factor, sizes[r->input].width * r->factor};
-        const auto& s = *std::get_if<addition>(&l.kind);
-        const tensor_size a = sizes[s.a], b = sizes[s.b];
-        if (a != b)
-            raise(error_code::mismatch, l.result.name, "two tensors of equal size to add",
-                  std::to_string(a.width) + " x " + std::to_string(a.height) + " and " + std::to_string(b.width) + " x " +
-                      std::to_string(b.height));
-        return a;
+    detail::schedule_plan plan(tensor_size input, const std::vector<detail::schedule_step>& schedule, bool overwrite) const {
+        return detail::plan_schedule(layers_, schedule, sizes(input), channels_, output_, overwrite);
     }
 
-    template <class Read, class Executor>
-    static void execute(const dense_convolution& c, const Read& read, image<std::uint8_t>& result, Executor& threads) {
-        const image<std::uint8_t>& input = read(c.input);
-        if (c.kernel == 1 && c.stride == 1) {
-            parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
-                for (std::size_t y = first; y < last; ++y) gemm_u8(c.weights, row(input, y), width(result), row(result, y));
-            });
-            return;
+    static std::size_t bytes_of(const detail::schedule_plan& planned, std::size_t strips) {
+        return planned.tensor_bytes + strips * (planned.strip_bytes + planned.cut_bytes) + detail::cache_line;
+    }
+
+    static image<std::uint8_t> to_image(const std::uint8_t* values, tensor_size size, std::size_t channels) {
+        image<std::uint8_t> result = make_image<std::uint8_t>(size.height, size.width, channels);
+        std::memcpy(result.data(), values, result.size());
+        return result;
+    }
+
+    template <class Executor, class AfterStep>
+    image<std::uint8_t> run_steps(const image<std::uint8_t>& input, Executor& threads, const detail::schedule_plan& planned,
+                                  std::span<std::byte> memory, AfterStep&& after_step) const {
+        const std::size_t strips = std::max<std::size_t>(threads.concurrency(), 1);
+        std::unique_ptr<std::byte[]> own;
+        if (memory.empty()) {
+            own.reset(new std::byte[bytes_of(planned, strips)]);  // not make_unique, which would fill it
+            memory = {own.get(), bytes_of(planned, strips)};
         }
-        const window_geometry windows{height(input), width(input), channels(input), c.kernel, c.stride, c.padding};
-        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
-            constexpr std::size_t most = 64;  // pixels whose windows are laid out at a time: they stay in the first-level cache
-            std::vector<std::uint8_t> laid_out(most * c.weights.inputs);
-            for (std::size_t y = first; y < last; ++y)
-                for (std::size_t x = 0; x < width(result); x += most) {
-                    const std::size_t count = std::min(most, width(result) - x);
-                    window_rows(windows, input.data(), y, x, count, laid_out.data());
-                    gemm_u8(c.weights, laid_out.data(), count, row(result, y) + x * c.weights.outputs);
-                }
-        });
+        LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
+        const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % detail::cache_line;
+        std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (detail::cache_line - misaligned);
+
+        std::vector<std::uint8_t*> tensors;
+        for (std::size_t offset : planned.offsets) tensors.push_back(base + offset);
+        std::memcpy(tensors[0], input.data(), input.size());
+        for (std::size_t i = 0; i < planned.steps.size(); ++i) {
+            run_step(planned.steps[i], tensors, base + planned.tensor_bytes, planned, threads);
+            after_step(i, tensors[planned.steps[i].output]);
+        }
+        if (output_ == 0) return input;
+        const tensor_size size = planned.steps.empty() ? tensor_size{} : size_of_output(planned);
+        return to_image(tensors[output_], size, channels_[output_]);
     }
 
-    template <class Read, class Executor>
-    static void execute(const depthwise_convolution& d, const Read& read, image<std::uint8_t>& result, Executor& threads) {
-        const image<std::uint8_t>& input = read(d.input);
-        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
-            for (std::size_t y = first; y < last; ++y) {
-                const std::size_t middle = y * d.stride;
-                const std::uint8_t* const rows[3] = {middle > 0 ? row(input, middle - 1) : nullptr, row(input, middle),
-                                                     middle + 1 < height(input) ? row(input, middle + 1) : nullptr};
-                depthwise_u8(d.weights, rows, width(input), d.stride, row(result, y));
+    tensor_size size_of_output(const detail::schedule_plan& planned) const {
+        for (const detail::planned_step& step : planned.steps)
+            if (step.output == output_) return step.chain.back().output;
+        return {};
+    }
+
+    template <class Executor>
+    static void run_step(const detail::planned_step& step, const std::vector<std::uint8_t*>& tensors, std::uint8_t* memory,
+                         const detail::schedule_plan& planned, Executor& threads) {
+        const std::size_t rows = step.chain.back().output.height;
+        struct strip_task {
+            const detail::planned_step& step;
+            const std::vector<std::uint8_t*>& tensors;
+            std::uint8_t *memory, *cuts;
+            const detail::schedule_plan& planned;
+            std::size_t rows, strips;
+
+            std::size_t start(std::size_t strip) const { return strip * rows / strips; }
+            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }  // before the strip
+
+            /// The rows around each cut, which one strip overwrites while another needs them.
+            void save_cuts() const {
+                const std::size_t row_bytes = step.chain.front().input_row_bytes();
+                for (std::size_t strip = 1; strip < strips; ++strip)
+                    std::memcpy(cut(strip), tensors[step.input] + (start(strip) - step.reach) * row_bytes,
+                                2 * step.reach * row_bytes);
             }
-        });
+            void run(std::size_t strip) const {
+                const detail::row_range range{start(strip), start(strip + 1)};
+                detail::row_source input;
+                input.rows = tensors[step.input];
+                input.row_bytes = step.chain.front().input_row_bytes();
+                input.middle = {0, step.chain.front().input.height};
+                if (step.overwrites_input) {
+                    input.middle = range;
+                    input.reach = step.reach;
+                    input.before = cut(strip);
+                    input.behind = cut(strip + 1);
+                }
+                detail::chain_runner(step.chain, input, tensors.data(), tensors[step.output],
+                                     memory + strip * planned.strip_bytes)
+                    .run(range);
+            }
+        };
+        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that copies around cuts stay apart
+        const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
+        const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
+        strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
+        if (step.overwrites_input) task.save_cuts();
+        if (strips == 1)
+            task.run(0);
+        else
+            threads.run(
+                strips, [](void* data, std::size_t strip) { static_cast<strip_task*>(data)->run(strip); }, &task);
     }
 
-    template <class Read, class Executor>
-    static void execute(const addition& s, const Read& read, image<std::uint8_t>& result, Executor& threads) {
-        const image<std::uint8_t>&a = read(s.a), &b = read(s.b);
-        const std::size_t values_in_row = width(result) * channels(result);
-        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
-            add_u8(s.arithmetic, row(a, first), row(b, first), (last - first) * values_in_row, row(result, first));
-        });
-    }
-
-    template <class Read, class Executor>
-    static void execute(const nearest_resize& r, const Read& read, image<std::uint8_t>& result, Executor& threads) {
-        const image<std::uint8_t>& input = read(r.input);
-        parallel_for(threads, height(result), 1, [&](std::size_t first, std::size_t last) {
-            for (std::size_t y = first; y < last; ++y)
-                repeat_pixels_u8(row(input, y / r.factor), width(input), channels(input), r.factor, row(result, y));
-        });
-    }
-
-    tensor_kind input_;
-    std::vector<layer> layers_;
+    isa target_;
+    std::string input_name_;
+    std::vector<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
+    std::vector<std::size_t> channels_;  ///< of each tensor
+    std::vector<detail::packed_layer> layers_;
+    std::vector<std::vector<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    std::vector<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
 
@@ -2134,8 +3927,9 @@ public:
     static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
+    /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
-    explicit tiefenrausch(const network_description& description) : network_(description) {
+    explicit tiefenrausch(const network_description& description, isa target = best_isa()) : network_(description, target) {
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
@@ -2170,25 +3964,34 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// rgb      H' x W' x 3, 0 to 255, both sides multiples of 32
-    /// observe  as in quantized_network::run
+    /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// progress, memory  as in quantized_network::run
     /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation log_disparity_quantization().
-    template <executor Executor, class Observe = quantized_network::ignore_layers>
-    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe = {}) const {
-        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
-            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
-                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
-        return network_.run(quantized_colour(rgb), threads, observe);
+    template <executor Executor, class Progress = quantized_network::ignore_progress>
+    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
+                                      std::span<std::byte> memory = {}) const {
+        check_input(rgb);
+        return network_.run(quantized_colour(rgb), threads, progress, memory);
     }
+
+    /// The same, layer by layer.
+    ///
+    /// observe  as in quantized_network::run_observed
+    template <executor Executor, class Observe>
+    image<std::uint8_t> log_disparity_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
+        check_input(rgb);
+        return network_.run_observed(quantized_colour(rgb), threads, observe);
+    }
+
+    /// Bytes that log_disparity() works in, beside its input and its result.
+    std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
     /// follow  is told of progress as stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
     template <executor Executor>
     image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
-        const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
-            follow.report("depth estimation", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
-        };
+        const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
         return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
     }
 
@@ -2222,6 +4025,12 @@ public:
 
 private:
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    static void check_input(const image<std::uint8_t>& rgb) {
+        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
+                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+    }
 
     /// What each 8-bit result of the network stands for: exp of its value.
     std::array<float, 256> disparity_table() const {

@@ -1,49 +1,95 @@
 #include <ldi/kernels/depthwise_u8.hpp>
+#include <tests/support/random_bytes.hpp>
 
 #include <catch2/catch.hpp>
 
 #include <cstdint>
-#include <random>
 #include <vector>
 
-TEST_CASE("depthwise_u8 sums the 3 x 3 neighbourhood of each channel; what lies outside the image counts as zero") {
-    std::mt19937 random(1);
-    std::uniform_int_distribution<int> byte(0, 255), offset(-20000, 20000);
-    const auto bytes = [&](std::size_t count) {
-        std::vector<std::uint8_t> result(count);
-        for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(byte(random));
+namespace {
+
+constexpr std::uint8_t untouched = 77;
+
+struct convolution {
+    std::size_t channels, width, repeat, stride;
+    int missing_row;
+    int weight_zero, input_zero;
+    std::vector<std::uint8_t> weights, image;
+    std::vector<std::int32_t> bias;
+    ldi::requantization output;
+
+    ldi::depthwise_u8_weights pack(ldi::isa set) const {
+        return ldi::pack_depthwise_u8(set, weights, static_cast<std::uint8_t>(weight_zero), bias, stride,
+                                      static_cast<std::uint8_t>(input_zero), output);
+    }
+    std::vector<std::uint8_t> compute(const ldi::depthwise_u8_weights& packed) const {
+        const std::uint8_t* rows[3];
+        for (int i = 0; i < 3; ++i)
+            rows[i] = i == missing_row ? nullptr : image.data() + static_cast<std::size_t>(i) * width * channels;
+        std::vector<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched);
+        ldi::depthwise_u8(packed, rows, width, repeat, result.data());
         return result;
-    };
+    }
+    std::vector<std::uint8_t> definition() const {
+        std::vector<std::uint8_t> result;
+        for (std::size_t x = 0; x < width * repeat; x += stride)
+            for (std::size_t c = 0; c < channels; ++c) {
+                int sum = bias[c];
+                for (std::size_t t = 0; t < 9; ++t) {
+                    const std::size_t row = t / 3, column = x + t % 3;
+                    if (static_cast<int>(row) == missing_row || column == 0 || column > width * repeat) continue;
+                    const std::uint8_t value = image[(row * width + (column - 1) / repeat) * channels + c];
+                    sum += (value - input_zero) * (weights[c * 9 + t] - weight_zero);
+                }
+                result.push_back(ldi::requantize(sum, output));
+            }
+        result.push_back(untouched);  // nothing is written behind the result
+        return result;
+    }
+};
+
+convolution any_convolution(ldi_test::random_bytes& random, std::size_t channels, std::size_t width, std::size_t repeat,
+                            std::size_t stride, int missing_row) {
+    convolution made{channels, width, repeat, stride, missing_row, random.in(127, 128), random.in(0, 255), {}, {}, {}, {}};
+    made.output = ldi::make_requantization(0.0041F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
+    made.weights = random.bytes(channels * 9);
+    made.image = random.bytes(3 * width * channels);
+    made.bias = random.integers(channels, -20000, 20000);
+    return made;
+}
+
+}  // namespace
+
+TEST_CASE("depthwise_u8 sums the 3 x 3 neighbourhood of each channel; what lies outside the image counts as zero") {
+    ldi_test::random_bytes random;
     for (std::size_t channels : {1U, 8U, 15U, 16U, 17U, 40U, 48U})
         for (std::size_t width : {1U, 2U, 3U, 8U, 9U})
-            for (std::size_t stride : {1U, 2U})
-                for (int missing_row : {-1, 0, 2}) {
-                    const std::vector<std::uint8_t> weights = bytes(channels * 9), image = bytes(3 * width * channels);
-                    const int weight_zero = byte(random), input_zero = byte(random);
-                    std::vector<std::int32_t> bias(channels);
-                    for (std::int32_t& value : bias) value = offset(random);
-                    const ldi::requantization r = ldi::make_requantization(0.0021F, 127);
-                    const ldi::depthwise_u8_weights packed = ldi::pack_depthwise_u8(
-                        weights, static_cast<std::uint8_t>(weight_zero), bias, static_cast<std::uint8_t>(input_zero), r);
-                    const std::uint8_t* rows[3];
-                    for (int i = 0; i < 3; ++i)
-                        rows[i] = i == missing_row ? nullptr : image.data() + static_cast<std::size_t>(i) * width * channels;
+            for (std::size_t repeat : {1U, 2U, 3U})
+                for (std::size_t stride : {1U, 2U})
+                    for (int missing_row : {-1, 0, 2}) {
+                        convolution c = any_convolution(random, channels, width, repeat, stride, missing_row);
+                        c.weight_zero = random.in(0, 255);
+                        CHECK(c.compute(c.pack(ldi::isa::scalar)) == c.definition());
+                    }
+}
 
-                    std::vector<std::uint8_t> expected;
-                    for (std::size_t x = 0; x < width; x += stride)
-                        for (std::size_t c = 0; c < channels; ++c) {
-                            int sum = bias[c];
-                            for (std::size_t t = 0; t < 9; ++t) {
-                                const std::size_t column = x + t % 3;
-                                if (rows[t / 3] == nullptr || column == 0 || column > width) continue;
-                                sum +=
-                                    (rows[t / 3][(column - 1) * channels + c] - input_zero) * (weights[c * 9 + t] - weight_zero);
-                            }
-                            expected.push_back(ldi::requantize(sum, r));
-                        }
-                    expected.push_back(77);  // nothing is written behind the result
-                    std::vector<std::uint8_t> found(expected.size(), 77);
-                    ldi::depthwise_u8(packed, rows, width, stride, found.data());
-                    CHECK(found == expected);
-                }
+TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousands of random shapes") {
+    ldi_test::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    std::size_t broken = 0, packed_as_asked = 0;
+    for (int round = 0; round < 2000; ++round) {
+        const std::size_t channels = random.in(0, 1) == 0 ? random.size_in(1, 150) : 8 * random.size_in(1, 16);
+        const std::size_t width = round % 50 == 0 ? random.size_in(1, 700) : random.size_in(1, 60);
+        const std::size_t repeat = random.in(0, 2) == 0 ? random.size_in(1, 4) : 1;
+        convolution c = any_convolution(random, channels, width, repeat, random.size_in(1, 2), random.in(-1, 3));
+        if (round % 20 == 0) c.weight_zero = random.in(0, 255);
+        const std::vector<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
+        for (ldi::isa set : sets) {
+            const ldi::depthwise_u8_weights packed = c.pack(set);
+            packed_as_asked += packed.target == set;
+            broken += c.compute(packed) != expected;
+        }
+    }
+    CHECK(broken == 0);
+    CHECK(packed_as_asked > sets.size() * 1850);
 }

@@ -1,50 +1,134 @@
 #include <ldi/kernels/gemm_u8.hpp>
+#include <tests/support/random_bytes.hpp>
 
 #include <catch2/catch.hpp>
 
 #include <cstdint>
-#include <random>
 #include <vector>
 
-TEST_CASE("gemm_u8 is the requantised product with both zero points taken off, for all sizes around its tiles") {
-    std::mt19937 random(1);
-    std::uniform_int_distribution<int> byte(0, 255), offset(-20000, 20000);
-    const auto bytes = [&](std::size_t count) {
-        std::vector<std::uint8_t> result(count);
-        for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(byte(random));
+namespace {
+
+constexpr std::uint8_t untouched = 77;
+
+struct product {
+    std::size_t segments, inputs, outputs, pixels, stride;
+    int weight_zero, input_zero;
+    std::vector<std::uint8_t> weights, input;  // each segment: pixels x stride bytes and what may be read behind them
+    std::vector<std::int32_t> bias;
+    ldi::requantization output;
+
+    std::size_t segment_bytes() const { return (pixels == 0 ? 0 : (pixels - 1) * stride + inputs) + 3; }
+    std::vector<const std::uint8_t*> starts() const {
+        std::vector<const std::uint8_t*> result;
+        for (std::size_t s = 0; s < segments; ++s) result.push_back(input.data() + s * segment_bytes());
         return result;
-    };
+    }
+    ldi::gemm_u8_weights pack(ldi::isa set) const {
+        return ldi::pack_gemm_u8(set, weights, static_cast<std::uint8_t>(weight_zero), bias, segments,
+                                 static_cast<std::uint8_t>(input_zero), output);
+    }
+    std::vector<std::uint8_t> compute(const ldi::gemm_u8_weights& packed) const {
+        std::vector<std::uint8_t> result(pixels * outputs + 1, untouched);
+        ldi::gemm_u8(packed, starts().data(), stride, pixels, result.data());
+        return result;
+    }
+    std::vector<std::uint8_t> definition() const {
+        std::vector<std::uint8_t> result;
+        for (std::size_t p = 0; p < pixels; ++p)
+            for (std::size_t o = 0; o < outputs; ++o) {
+                int sum = bias[o];
+                for (std::size_t s = 0; s < segments; ++s)
+                    for (std::size_t i = 0; i < inputs; ++i)
+                        sum +=
+                            (starts()[s][p * stride + i] - input_zero) * (weights[(o * segments + s) * inputs + i] - weight_zero);
+                result.push_back(ldi::requantize(sum, output));
+            }
+        result.push_back(untouched);  // nothing is written behind the result
+        return result;
+    }
+};
+
+product any_product(ldi_test::random_bytes& random, std::size_t segments, std::size_t inputs, std::size_t outputs,
+                    std::size_t pixels) {
+    product made{segments, inputs, outputs, pixels, inputs + random.size_in(0, 5), 128, random.in(0, 255), {}, {}, {}, {}};
+    made.output = ldi::make_requantization(0.0021F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
+    made.weights = random.bytes(outputs * segments * inputs);
+    made.input = random.bytes(segments * made.segment_bytes());
+    made.bias = random.integers(outputs, -20000, 20000);
+    return made;
+}
+
+}  // namespace
+
+TEST_CASE("gemm_u8 is the requantised product with both zero points taken off, for all sizes around its tiles") {
+    ldi_test::random_bytes random;
     for (std::size_t outputs : {1U, 7U, 8U, 9U, 24U})
         for (std::size_t inputs : {1U, 3U, 8U, 27U, 100U})
-            for (std::size_t rows : {0U, 1U, 3U, 4U, 5U, 13U}) {
-                const std::vector<std::uint8_t> weights = bytes(outputs * inputs), input = bytes(rows * inputs);
-                const int weight_zero = byte(random), input_zero = byte(random);
-                std::vector<std::int32_t> bias(outputs);
-                for (std::int32_t& value : bias) value = offset(random);
-                const ldi::requantization r = ldi::make_requantization(0.0021F, 128);
-                const ldi::gemm_u8_weights packed = ldi::pack_gemm_u8(weights, static_cast<std::uint8_t>(weight_zero), bias,
-                                                                      static_cast<std::uint8_t>(input_zero), r);
-                std::vector<std::uint8_t> expected, found(rows * outputs + 1, 77);
-                for (std::size_t p = 0; p < rows; ++p)
-                    for (std::size_t o = 0; o < outputs; ++o) {
-                        int sum = bias[o];
-                        for (std::size_t i = 0; i < inputs; ++i)
-                            sum += (input[p * inputs + i] - input_zero) * (weights[o * inputs + i] - weight_zero);
-                        expected.push_back(ldi::requantize(sum, r));
-                    }
-                expected.push_back(77);  // nothing is written behind the result
-                ldi::gemm_u8(packed, input.data(), rows, found.data());
-                CHECK(found == expected);
+            for (std::size_t pixels : {0U, 1U, 3U, 4U, 5U, 13U}) {
+                product p = any_product(random, 1 + outputs % 3, inputs, outputs, pixels);
+                p.weight_zero = random.in(0, 255);
+                CHECK(p.compute(p.pack(ldi::isa::scalar)) == p.definition());
             }
+}
+
+TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands of random shapes") {
+    ldi_test::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    std::size_t broken = 0, packed_as_asked = 0;
+    for (int round = 0; round < 2000; ++round) {
+        product p =
+            any_product(random, random.size_in(1, 3), random.size_in(1, 70), random.size_in(1, 90), random.size_in(0, 30));
+        p.weight_zero = random.in(127, 128);
+        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        for (ldi::isa set : sets) {
+            const ldi::gemm_u8_weights packed = p.pack(set);
+            packed_as_asked += packed.target == set;
+            broken += p.compute(packed) != expected;
+        }
+    }
+    CHECK(broken == 0);
+    CHECK(packed_as_asked > sets.size() * 1990);
+}
+
+TEST_CASE("weights that an instruction set cannot hold, and scales that float cannot follow, are packed for a slower one") {
+    ldi_test::random_bytes random;
+    for (ldi::isa set : ldi_test::available_isas()) {
+        product wide = any_product(random, 1, 40, 20, 10);
+        for (int zero : {0, 100, 126, 129, 255}) {
+            wide.weight_zero = zero;
+            const ldi::gemm_u8_weights packed = wide.pack(set);
+            CHECK(packed.target == std::min(set, ldi::isa::avx2));
+            CHECK(wide.compute(packed) == wide.definition());
+        }
+        product fine = any_product(random, 1, 400, 20, 10);
+        fine.output = ldi::make_requantization(0x1.fffffep-20F, 100);
+        CHECK(fine.pack(set).target == ldi::isa::scalar);
+        CHECK(fine.compute(fine.pack(set)) == fine.definition());
+    }
 }
 
 TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
     const std::size_t inputs = 16000;  // 510 * 255 * 16000 < 2^31
-    const std::vector<std::uint8_t> weights(inputs, 0), input(inputs, 0);
+    const std::vector<std::uint8_t> weights(inputs, 0), input(inputs + 3, 0);
+    const std::uint8_t* const start = input.data();
     const std::vector<std::int32_t> bias{60000000};
     const ldi::requantization r = ldi::make_requantization(0x1p-24F, 0);
-    std::uint8_t found = 0;
-    ldi::gemm_u8(ldi::pack_gemm_u8(weights, 255, bias, 255, r), input.data(), 1, &found);
-    CHECK(found == ldi::requantize(255 * 255 * 16000 + 60000000, r));
-    CHECK(found == 66);
+    for (ldi::isa set : ldi_test::available_isas()) {
+        std::uint8_t found = 0;
+        ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 255, bias, 1, 255, r), &start, inputs, 1, &found);
+        CHECK(found == ldi::requantize(255 * 255 * 16000 + 60000000, r));
+        CHECK(found == 66);
+    }
+}
+
+TEST_CASE("AVX2 and VNNI do not saturate between the largest products") {
+    for (ldi::isa set : ldi_test::available_isas())
+        for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
+            const std::vector<std::uint8_t> weights(64, weight), input(67, 255);
+            const std::uint8_t* const start = input.data();
+            const ldi::requantization r = ldi::make_requantization(0x1.6p-15F, 128);
+            std::uint8_t found = 0;
+            ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, std::vector<std::int32_t>{0}, 1, 0, r), &start, 64, 1, &found);
+            CHECK(found == ldi::requantize(64 * 255 * (weight - 128), r));
+        }
 }

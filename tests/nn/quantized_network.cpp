@@ -1,11 +1,15 @@
 #include <ldi/nn/quantized_network.hpp>
+#include <tests/support/random_bytes.hpp>
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <random>
+#include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace {
@@ -91,6 +95,49 @@ ldi::network_description any_network(random_source& random, std::size_t layers) 
     return network;
 }
 
+/// A dense convolution, then inverted residual blocks as the depth network has them: 1 x 1, perhaps enlarged, depthwise, 1 x 1,
+/// perhaps with one addition or two, some of them of tensors made long before.
+ldi::network_description network_of_blocks(random_source& random, std::size_t blocks) {
+    ldi::network_description network{"input", random.size_in(1, 3), random.quantization(), {}, 0};
+    struct tensor {
+        std::size_t channels, size;
+    };
+    std::vector<tensor> tensors{{network.input_channels, 8}};
+    const auto add = [&](auto kind, tensor made) {
+        ldi::operator_description op{"layer " + std::to_string(tensors.size()), random.quantization(), kind};
+        if constexpr (std::is_same_v<decltype(kind), ldi::nearest_resize_description>)
+            op.output = network.operators[kind.input - 1].output;
+        network.operators.push_back(op);
+        tensors.push_back(made);
+    };
+    const auto add_convolution = [&](std::size_t from, std::size_t outputs, std::size_t kernel, std::size_t stride,
+                                     bool depthwise) {
+        add(any_convolution(random, from, tensors[from].channels, outputs, kernel, stride, depthwise),
+            {outputs, tensors[from].size / stride});
+    };
+    const auto last = [&] { return tensors.size() - 1; };
+    add_convolution(0, random.size_in(4, 20), 3, 1, false);
+    for (std::size_t b = 0; b < blocks; ++b) {
+        const std::size_t from = random.in(0, 4) == 0 ? 1 : last();
+        const bool enlarges = tensors[from].size < 8 && random.in(0, 1) == 0,
+                   shrinks = tensors[from].size > 2 && random.in(0, 3) == 0;
+        add_convolution(from, random.size_in(4, 40), 1, 1, false);
+        if (enlarges) add(ldi::nearest_resize_description{last(), 2}, {tensors.back().channels, tensors.back().size * 2});
+        add_convolution(last(), tensors.back().channels, 3, shrinks ? 2 : 1, true);
+        const bool keeps_size = !enlarges && !shrinks;
+        add_convolution(last(), keeps_size ? tensors[from].channels : random.size_in(4, 20), 1, 1, false);
+        if (keeps_size) add(ldi::addition_description{{from, last()}}, tensors.back());
+        for (std::size_t other = 1; other < last(); ++other)
+            if (tensors[other].channels == tensors.back().channels && tensors[other].size == tensors.back().size &&
+                random.in(0, 2) == 0) {
+                add(ldi::addition_description{{last(), other}}, tensors.back());
+                break;
+            }
+    }
+    network.output = last();
+    return network;
+}
+
 /// One operator by its definition: sums over coordinates, no packing, no tiles.
 image<std::uint8_t> reference(const ldi::network_description& network, std::size_t index,
                               const std::vector<image<std::uint8_t>>& tensors) {
@@ -145,7 +192,7 @@ template <class Executor>
 std::vector<seen_layer> run_all(const ldi::quantized_network& network, const image<std::uint8_t>& input, Executor& threads) {
     std::vector<seen_layer> seen;
     const image<std::uint8_t> result =
-        network.run(input, threads, [&](std::size_t layer, std::string_view name, const image<std::uint8_t>& tensor) {
+        network.run_observed(input, threads, [&](std::size_t layer, std::string_view name, const image<std::uint8_t>& tensor) {
             CHECK(layer == seen.size());
             seen.push_back({std::string(name), tensor});
         });
@@ -219,6 +266,61 @@ TEST_CASE("results do not depend on the number of threads") {
     }
 }
 
+TEST_CASE("chains of layers, in strips and in place, give what the layers give one by one, on every instruction set") {
+    random_source random{std::mt19937(10)};
+    for (int round = 0; round < 60; ++round) {
+        ldi::network_description description =
+            round % 4 == 3 ? any_network(random, 12) : network_of_blocks(random, random.size_in(1, 6));
+        const image<std::uint8_t> input =
+            random.picture(8 * random.size_in(1, 4), 8 * random.size_in(1, 12), description.input_channels);
+        std::vector<image<std::uint8_t>> tensors{input};
+        for (std::size_t i = 0; i < description.operators.size(); ++i) tensors.push_back(reference(description, i, tensors));
+        for (ldi::isa set : ldi_test::available_isas()) {
+            const ldi::quantized_network network(description, set);
+            CHECK(network.target() == set);
+            for (std::size_t count : {1U, 2U, 3U, 8U}) {
+                ldi::thread_pool threads(count);
+                CHECK((network.run(input, threads) == tensors.back()));
+            }
+            ldi::serial_executor serial;
+            const std::vector<seen_layer> seen = run_all(network, input, serial);
+            for (std::size_t i = 0; i < description.operators.size(); ++i) CHECK((seen[i].tensor == tensors[i + 1]));
+        }
+    }
+}
+
+TEST_CASE("a run stays inside the memory that it is given") {
+    random_source random{std::mt19937(11)};
+    for (int round = 0; round < 20; ++round) {
+        const ldi::network_description description = network_of_blocks(random, 5);
+        const ldi::quantized_network network(description);
+        const image<std::uint8_t> input = random.picture(24, 40, description.input_channels);
+        for (std::size_t count : {1U, 3U}) {
+            ldi::thread_pool threads(count);
+            const std::size_t bytes = network.working_bytes({24, 40}, count), guard = 64;
+            std::vector<std::byte> memory(bytes + 2 * guard, std::byte{0x5A});
+            const image<std::uint8_t> found = network.run(input, threads, {}, std::span<std::byte>(memory).subspan(guard, bytes));
+            CHECK((found == network.run(input, threads)));
+            bool untouched = true;
+            for (std::size_t i = 0; i < guard; ++i)
+                untouched = untouched && memory[i] == std::byte{0x5A} && memory[memory.size() - 1 - i] == std::byte{0x5A};
+            CHECK(untouched);
+        }
+    }
+}
+
+TEST_CASE("progress rises to 1") {
+    random_source random{std::mt19937(12)};
+    const ldi::network_description description = network_of_blocks(random, 3);
+    ldi::serial_executor serial;
+    std::vector<float> seen;
+    ldi::quantized_network(description).run(random.picture(8, 8, description.input_channels), serial, [&](float fraction) {
+        seen.push_back(fraction);
+    });
+    CHECK(std::is_sorted(seen.begin(), seen.end()));
+    CHECK(seen.back() == 1.0F);
+}
+
 TEST_CASE("the result may be any tensor, the input included") {
     random_source random{std::mt19937(9)};
     ldi::network_description description = any_network(random, 6);
@@ -235,7 +337,8 @@ TEST_CASE("an observer can stop a run") {
     const ldi::quantized_network network(one_convolution());
     ldi::serial_executor serial;
     random_source random{std::mt19937(1)};
-    CHECK_THROWS_AS(network.run(random.picture(4, 4, 4), serial, [](auto&&...) { throw 7; }), int);
+    CHECK_THROWS_AS(network.run(random.picture(4, 4, 4), serial, [](float) { throw 7; }), int);
+    CHECK_THROWS_AS(network.run_observed(random.picture(4, 4, 4), serial, [](auto&&...) { throw 7; }), int);
 }
 
 TEST_CASE("descriptions that cannot be run are refused with the tensor's name") {

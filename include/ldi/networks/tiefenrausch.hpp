@@ -12,9 +12,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
-#include <string_view>
 
 namespace ldi {
 
@@ -24,8 +25,9 @@ public:
     static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
+    /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
-    explicit tiefenrausch(const network_description& description) : network_(description) {
+    explicit tiefenrausch(const network_description& description, isa target = best_isa()) : network_(description, target) {
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
@@ -60,25 +62,34 @@ public:
         return area_resize(photo, size.height, size.width, threads);
     }
 
-    /// rgb      H' x W' x 3, 0 to 255, both sides multiples of 32
-    /// observe  as in quantized_network::run
+    /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
+    /// progress, memory  as in quantized_network::run
     /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation log_disparity_quantization().
-    template <executor Executor, class Observe = quantized_network::ignore_layers>
-    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe = {}) const {
-        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
-            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
-                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
-        return network_.run(quantized_colour(rgb), threads, observe);
+    template <executor Executor, class Progress = quantized_network::ignore_progress>
+    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
+                                      std::span<std::byte> memory = {}) const {
+        check_input(rgb);
+        return network_.run(quantized_colour(rgb), threads, progress, memory);
     }
+
+    /// The same, layer by layer.
+    ///
+    /// observe  as in quantized_network::run_observed
+    template <executor Executor, class Observe>
+    image<std::uint8_t> log_disparity_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
+        check_input(rgb);
+        return network_.run_observed(quantized_colour(rgb), threads, observe);
+    }
+
+    /// Bytes that log_disparity() works in, beside its input and its result.
+    std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
     /// follow  is told of progress as stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
     template <executor Executor>
     image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
-        const auto progress = [&](std::size_t layer, std::string_view, const image<std::uint8_t>&) {
-            follow.report("depth estimation", static_cast<float>(layer + 1) / static_cast<float>(network_.layer_count()));
-        };
+        const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
         return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
     }
 
@@ -112,6 +123,12 @@ public:
 
 private:
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    static void check_input(const image<std::uint8_t>& rgb) {
+        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+            raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
+                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+    }
 
     /// What each 8-bit result of the network stands for: exp of its value.
     std::array<float, 256> disparity_table() const {

@@ -1,0 +1,46 @@
+// The packed weights of kernels/depthwise_u8.hpp.
+#pragma once
+
+#include <ldi/kernels/detail/gemm_u8_weights.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi {
+
+/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes sound ones.
+struct depthwise_u8_weights {
+    static constexpr std::size_t taps = 9;
+
+    isa target = isa::scalar;
+    std::size_t channels = 0;
+    std::size_t stride = 1;
+    std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
+    requantization output;
+    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+};
+
+namespace detail {
+
+/// The weights of one depthwise layer as they were, with their zero point taken off.
+struct depthwise_source {
+    std::span<const std::uint8_t> weights;  // channels x 9
+    std::span<const std::int32_t> bias;
+    std::uint8_t weight_zero_point, input_zero_point;
+
+    int weight(std::size_t channel, std::size_t tap) const {
+        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+    }
+    std::int32_t folded_bias(std::size_t channel) const {
+        std::int32_t sum = 0;
+        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        return bias[channel] - sum * input_zero_point;
+    }
+};
+
+}  // namespace detail
+}  // namespace ldi

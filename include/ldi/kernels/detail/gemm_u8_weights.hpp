@@ -1,0 +1,86 @@
+// The packed weights of kernels/gemm_u8.hpp, and what packing has in common on all instruction sets.
+#pragma once
+
+#include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/requantize_float.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace ldi {
+
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+struct gemm_u8_weights {
+    static constexpr std::size_t most_segments = 7;
+
+    isa target = isa::scalar;
+    std::size_t segments = 1, inputs = 0, outputs = 0;
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;
+    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+};
+
+namespace detail {
+
+struct signed_range {
+    int least, most;
+};
+
+inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
+    const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
+    return {*least - int{zero_point}, *most - int{zero_point}};
+}
+
+/// The fastest set not beyond `wanted` that is exact for these weights. VNNI multiplies by signed bytes; weights in -127..128 (a
+/// zero point of 127) fit once negated, and the requantisation then takes the sums negated.
+inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         const requantization& output, float_requantization& fast) {
+    if (wanted == isa::scalar) return isa::scalar;
+    const std::optional<float_requantization> found = find_float_requantization(output);
+    if (!found.has_value()) return isa::scalar;
+    fast = *found;
+    if (wanted != isa::avx512vnni) return wanted;
+    const signed_range range = range_of(weights, weight_zero_point);
+    if (range.least >= -128 && range.most <= 127) return wanted;
+    if (range.least < -127 || range.most > 128) return isa::avx2;
+    fast.scale = -fast.scale, fast.offset = -fast.offset;
+    return wanted;
+}
+
+inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
+
+/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                             std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
+    constexpr std::size_t largest_vector = 16;
+    packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = bias[o] - sum * input_zero_point;
+        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+    }
+}
+
+/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}  // namespace detail
+}  // namespace ldi

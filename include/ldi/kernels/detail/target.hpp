@@ -1,0 +1,32 @@
+// How one header holds code for several instruction sets, whatever flags the user compiles with. Functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for those features, so every translation unit has the same code for
+// them. Inside: no lambdas, no standard templates over vector types, and nothing from outside that uses intrinsics. Loops over
+// registers are fold expressions: g++ 12 keeps an array in registers only where every index is a constant from the start.
+#pragma once
+
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#define LDI_HAS_X86_KERNELS 1
+#include <immintrin.h>
+#else
+#define LDI_HAS_X86_KERNELS 0
+#endif
+
+#define LDI_PRAGMA(text) _Pragma(#text)
+
+#if defined(__clang__)
+#define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
+#define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
+#else
+// g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
+// every sum of a matrix product to the stack and halves its speed.
+#define LDI_BEGIN_TARGET(features)                                                                           \
+    LDI_PRAGMA(GCC push_options)                                                                             \
+    LDI_PRAGMA(GCC target(features)) LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) \
+        LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
+#define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
+#endif
+
+#if LDI_HAS_X86_KERNELS
+#define LDI_AVX2_FEATURES "avx2,fma"
+#define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
+#endif

@@ -1,0 +1,66 @@
+// Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni) forces one, for tests and benchmarks.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/kernels/detail/target.hpp>
+
+#include <array>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+namespace ldi {
+
+enum class isa {
+    scalar,      ///< portable C++, and the reference in tests
+    avx2,        ///< AVX2 and FMA
+    avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
+};
+
+/// Slowest first.
+inline constexpr std::array<isa, 3> all_isas{isa::scalar, isa::avx2, isa::avx512vnni};
+
+/// The name as LDI_ISA spells it.
+constexpr std::string_view to_string(isa set) {
+    switch (set) {
+        case isa::scalar: return "scalar";
+        case isa::avx2: return "avx2";
+        case isa::avx512vnni: return "avx512vnni";
+    }
+    return "unknown";
+}
+
+/// Whether this processor and operating system run it, and this build of ldi has it.
+inline bool is_available(isa set) {
+    switch (set) {
+        case isa::scalar: return true;
+#if LDI_HAS_X86_KERNELS
+        case isa::avx2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+        case isa::avx512vnni:
+            return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
+#else
+        default: break;
+#endif
+    }
+    return false;
+}
+
+/// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
+inline isa best_isa() {
+    const char* const forced = std::getenv("LDI_ISA");
+    const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
+    isa best = isa::scalar;
+    std::string names;
+    for (isa set : all_isas) {
+        if (!is_available(set)) continue;
+        if (name == to_string(set)) return set;
+        names.append(names.empty() ? "" : ", ").append(to_string(set));
+        best = set;
+    }
+    if (!name.empty()) raise(error_code::invalid_option, "LDI_ISA", "one of " + names, std::string(name));
+    return best;
+}
+
+}  // namespace ldi

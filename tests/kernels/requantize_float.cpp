@@ -1,0 +1,47 @@
+#include <ldi/kernels/requantize_float.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <random>
+
+TEST_CASE(
+    "where a float form is found it gives what the integer form gives, on every accumulator that is not far beyond clamping") {
+    std::mt19937 random(4);
+    int found = 0;
+    for (int round = 0; round < 24; ++round) {
+        const float scale = std::ldexp(std::uniform_real_distribution<float>(0.5F, 0.9999F)(random), -(round % 8) - 1);
+        const ldi::requantization r =
+            ldi::make_requantization(scale, static_cast<std::uint8_t>(round % 3 == 0 ? 0 : random() >> 24));
+        const std::optional<ldi::float_requantization> form = ldi::find_float_requantization(r);
+        if (!form.has_value()) continue;
+        ++found;
+        int broken = 0;
+        const int most = static_cast<int>(270 / scale);
+        for (int a = -most; a <= most; ++a) broken += (*form)(a) != ldi::requantize(a, r);
+        for (int i = 0; i < 2000; ++i) {
+            const auto a = static_cast<std::int32_t>(random());
+            broken += (*form)(a) != ldi::requantize(a, r);
+        }
+        CHECK(broken == 0);
+    }
+    CHECK(found >= 20);
+}
+
+TEST_CASE("checkpoints lie on both sides of every step of the integer form") {
+    const ldi::requantization r = ldi::make_requantization(0.013F, 100);
+    const std::vector<std::int32_t> points = ldi::detail::requantization_checkpoints(r);
+    std::size_t steps = 0;
+    for (std::size_t i = 2; i < points.size(); i += 2) {
+        CHECK(points[i + 1] == points[i] + 1);
+        CHECK(ldi::requantize(points[i], r) + 1 == ldi::requantize(points[i + 1], r));
+        ++steps;
+    }
+    CHECK(steps == 255);
+}
+
+TEST_CASE("no float form is made up where float has too few bits") {
+    CHECK_FALSE(ldi::find_float_requantization(ldi::make_requantization(0x1.fffffep-20F, 128)).has_value());
+}

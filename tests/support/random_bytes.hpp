@@ -1,0 +1,39 @@
+// Random numbers for tests of kernels.
+#pragma once
+
+#include <ldi/kernels/isa.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace ldi_test {
+
+struct random_bytes {
+    std::mt19937 engine{1};
+
+    int in(int least, int most) { return std::uniform_int_distribution<int>(least, most)(engine); }
+    std::size_t size_in(int least, int most) { return static_cast<std::size_t>(in(least, most)); }
+    std::uint8_t byte(int least = 0, int most = 255) { return static_cast<std::uint8_t>(in(least, most)); }
+    std::vector<std::uint8_t> bytes(std::size_t count, int least = 0, int most = 255) {
+        std::vector<std::uint8_t> result(count);
+        for (std::uint8_t& value : result) value = byte(least, most);
+        return result;
+    }
+    std::vector<std::int32_t> integers(std::size_t count, int least, int most) {
+        std::vector<std::int32_t> result(count);
+        for (std::int32_t& value : result) value = in(least, most);
+        return result;
+    }
+};
+
+/// Every instruction set that this machine has, scalar among them.
+inline std::vector<ldi::isa> available_isas() {
+    std::vector<ldi::isa> sets;
+    for (ldi::isa set : ldi::all_isas)
+        if (ldi::is_available(set)) sets.push_back(set);
+    return sets;
+}
+
+}  // namespace ldi_test
