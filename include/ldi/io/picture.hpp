@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -77,9 +78,11 @@ inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, in
               std::to_string(width(picture)) + " x " + std::to_string(height(picture)));
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {
-        const std::byte* const first = static_cast<const std::byte*>(data);
+        // Not insert(): g++ 12 takes what it inlines there for an overflow, and says so in the user's build.
         std::vector<std::byte>& all = *static_cast<std::vector<std::byte>*>(to);
-        all.insert(all.end(), first, first + size);
+        const std::size_t used = all.size(), added = static_cast<std::size_t>(size);
+        all.resize(used + added);
+        if (added > 0) std::memcpy(all.data() + used, data, added);
     };
     detail::stb::stbi_write_jpg_to_func(append, &bytes, static_cast<int>(width(picture)), static_cast<int>(height(picture)),
                                         static_cast<int>(channels(picture)), picture.data(), quality);
