@@ -77,3 +77,28 @@ TEST_CASE("values that are not finite, and inverse depth that is not positive, a
     }
     CHECK_THROWS_AS(ldi::normalize(ldi::image<float>::from_shape({0, 0, 1})), ldi::error);
 }
+
+TEST_CASE("the largest and the smallest floats are values like others") {
+    constexpr float largest = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::denorm_min();
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    const ldi::normalized_disparity tiny = ldi::normalize(ramp(smallest, 100.0F * smallest), options);
+    CHECK(tiny.disparity(0, 0, 0) == 0.0F);
+    CHECK(tiny.disparity(0, 999, 0) == 1.0F);
+    CHECK(std::isfinite(tiny.range.z_far));
+    options.is_inverse_depth = false;
+    ldi::image<float> wide = ldi::make_image<float>(1, 3, 1, 0.0F);
+    wide(0, 0, 0) = -largest, wide(0, 2, 0) = largest;
+    const ldi::normalized_disparity n = ldi::normalize(wide, options);
+    CHECK(n.disparity(0, 0, 0) == 0.0F);
+    CHECK(n.disparity(0, 1, 0) == 0.5F);
+    CHECK(n.disparity(0, 2, 0) == 1.0F);
+}
+
+TEST_CASE("a share of half the pixels or more cannot be clipped") {
+    for (float share : {-0.1F, 0.5F, 1.0F, std::numeric_limits<float>::quiet_NaN()}) {
+        ldi::normalize_options options;
+        options.clipped_share = share;
+        CHECK_THROWS_AS(ldi::normalize(ramp(1.0F, 2.0F), options), ldi::error);
+    }
+}

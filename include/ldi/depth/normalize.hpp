@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace ldi {
 
 struct normalize_options {
-    /// This share of the pixels may lie beyond either end; they are clamped. Keeps a few wild values from squeezing all others.
+    /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
+    /// from squeezing all others.
     float clipped_share = 0.001F;
     /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
     /// whose 8 bits are log disparity; 0 for a source with fine steps.
@@ -39,8 +41,14 @@ struct normalized_disparity {
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive.
+/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive; error_code::invalid_option.
 inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+    if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) || !(options.relative_step >= 0.0F) ||
+        !(options.largest_step > 0.0F) || !(options.largest_depth_ratio >= 1.0F))
+        raise(error_code::invalid_option, "normalize_options",
+              "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
+              std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
+                  std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
     std::vector<float> sorted(source.data(), source.data() + source.size());
     if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
     for (float value : sorted)
@@ -53,20 +61,21 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    const float lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
-    const float step = std::abs(highest) * options.relative_step;
-    const float span = std::max(highest - lowest, step / options.largest_step);
+    // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
+    const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
+    const double step = std::abs(highest) * options.relative_step;
+    const double span = std::max(highest - lowest, step / options.largest_step);
 
     normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
-    const float scale = span > 0.0F ? 1.0F / span : 0.0F;
+    const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (std::size_t i = 0; i < source.size(); ++i)
-        result.disparity.data()[i] = std::clamp(1.0F - (highest - source.data()[i]) * scale, 0.0F, 1.0F);
+        result.disparity.data()[i] = static_cast<float>(std::clamp(1.0 - (highest - source.data()[i]) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit the nearest surface is put at z_near of the assumed range; with span as above, 0 stands for highest -
-        // span.
-        const float farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
+        const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         result.range.z_near = options.assumed_range.z_near;
-        result.range.z_far = options.assumed_range.z_near * (span > 0.0F ? highest / farthest : options.largest_depth_ratio);
+        result.range.z_far = static_cast<float>(options.assumed_range.z_near * ratio);
     }
     return result;
 }
