@@ -99,6 +99,7 @@ struct photo3d {
 template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+    LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
     photo3d result;
     watcher.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;

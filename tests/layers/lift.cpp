@@ -40,4 +40,5 @@ TEST_CASE("a photo and a disparity map of different sizes are a mismatch") {
     const auto photo = ldi::make_image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
     CHECK_THROWS_AS(ldi::lift(photo, ldi::make_image<float>(5, 4, 1, 0.0F)), ldi::error);
     CHECK_THROWS_AS(ldi::lift(photo, ldi::make_image<float>(4, 5, 2, 0.0F)), ldi::error);
+    CHECK_THROWS_AS(ldi::lift(ldi::make_image<std::uint8_t>(4, 0, 3), ldi::make_image<float>(4, 0)), ldi::error);
 }

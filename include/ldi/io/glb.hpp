@@ -218,7 +218,10 @@ inline std::vector<std::byte> encode_glb(const textured_mesh& mesh, std::span<co
 
     std::ostringstream stream(std::ios::binary);
     tinygltf::TinyGLTF writer;
-    writer.WriteGltfSceneToStream(&model, stream, false, true);
+    // A stream keeps to itself what goes wrong, such as a lack of memory; the writer does not ask it.
+    if (!writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream)
+        raise(error_code::too_large, "encode_glb", "a file that fits in memory",
+              std::to_string(model.buffers.front().data.size()) + " bytes of mesh and texture");
     const std::string file = stream.str();
     std::vector<std::byte> bytes(file.size());
     std::memcpy(bytes.data(), file.data(), file.size());

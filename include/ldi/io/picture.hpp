@@ -12,15 +12,14 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <span>
+#include <limits>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 namespace ldi {
 
-/// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels. Colour has half the resolution (4:2:0) at
-/// quality 90 and below.
+/// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Colour has half the
+/// resolution (4:2:0) at quality 90 and below.
 ///
 /// quality  1 to 100
 /// Errors: invalid_option, too_large.
@@ -73,8 +72,10 @@ inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, in
     LDI_ASSERT(channels(picture) == 1 || channels(picture) == 3);
     LDI_ASSERT(height(picture) > 0 && width(picture) > 0);
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
-    if (height(picture) > 65535 || width(picture) > 65535)
-        raise(error_code::too_large, "encode_jpeg", "at most 65535 pixels a side",
+    // The encoder counts samples in int.
+    if (height(picture) > 65535 || width(picture) > 65535 ||
+        picture.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        raise(error_code::too_large, "encode_jpeg", "at most 65535 pixels a side, and below 2 GB in memory",
               std::to_string(width(picture)) + " x " + std::to_string(height(picture)));
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {

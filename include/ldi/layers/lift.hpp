@@ -7,9 +7,10 @@
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 
-#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 
 namespace ldi {
@@ -23,15 +24,18 @@ struct lift_options {
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch
-/// if the images differ in size.
+/// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layers lift(const image<std::uint8_t>& colour, const image<float>& disparity, const lift_options& options = {},
                   Executor&& threads = {}) {
     const std::size_t rows = height(disparity), columns = width(disparity);
-    if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1)
+    if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1 || rows == 0 ||
+        columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
+    if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
+        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layers layers;
     graph& g = layers.topology;

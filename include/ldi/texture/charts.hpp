@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ldi {
@@ -136,7 +137,7 @@ private:
     }
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
-        const std::int32_t pieces = std::max<std::int32_t>((length + cap - 1) / cap, 1);
+        const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
         return (length + pieces - 1) / pieces;
     }
 
