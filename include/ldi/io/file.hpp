@@ -69,6 +69,7 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     if (!file) refused(detail::system_reason(errno));
 
     // The size that the system reports saves copies; only what is really read counts, since pipes and growing files have none.
+    constexpr std::size_t chunk = std::size_t{1} << 16;
     const auto too_large = [&] {
         raise(error_code::too_large, path.string(), "at most " + std::to_string(max_bytes) + " bytes", "more");
     };
@@ -76,9 +77,8 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
     if (std::filesystem::is_regular_file(status)) {
         const std::uintmax_t size = std::filesystem::file_size(path, ignored);
         if (!ignored && size > max_bytes) too_large();
-        if (!ignored) bytes.reserve(static_cast<std::size_t>(size));
+        if (!ignored) bytes.reserve(static_cast<std::size_t>(size) + chunk);  // the last read asks for a chunk beyond the end
     }
-    constexpr std::size_t chunk = std::size_t{1} << 16;
     for (;;) {
         const std::size_t used = bytes.size();
         bytes.resize(used + chunk);
