@@ -39,7 +39,7 @@ public:
         stages_.emplace_back(stage, 0.0);
         started_ = clock::now();
         is_running_ = true;
-        shown_ = -1;
+        shown_tens_ = -1;
         show(0);
     }
 
@@ -62,14 +62,14 @@ private:
     }
 
     void show(int percent) {
-        if (quiet_ || percent / 10 == shown_ / 10) return;
-        shown_ = percent;
+        if (quiet_ || percent / 10 == shown_tens_) return;
+        shown_tens_ = percent / 10;
         std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().first.c_str(), percent);
     }
 
     bool quiet_;
     bool is_running_ = false;
-    int shown_ = -1;
+    int shown_tens_ = -1;  // of per cent; -1: nothing yet
     clock::time_point started_;
     std::vector<std::pair<std::string, double>> stages_;
 };
@@ -112,7 +112,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     return report;
 }
 
-/// The figures as lines of text; stage times were shown while running.
+/// The figures as lines of text.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;
     const auto line = [&](const std::string& name, const std::string& value) {
