@@ -20,7 +20,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -113,6 +113,7 @@ const auto registered = [] {
         });
         const auto curves =
             ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options.curves);
+        ldi::close_spurious_discontinuities(layers.topology, curves);
         return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
     });
     measure("colour inpainting (diffusion)", 540, [](benchmark::State& state) {
