@@ -31,11 +31,11 @@ namespace ldi {
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
-template <executor Executor>
+template <executor Executor = const serial_executor>
 textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts,
                          std::span<const chart_placement> placements, std::int32_t atlas_width, std::int32_t atlas_height,
-                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options,
-                         Executor&& threads) {
+                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options = {},
+                         Executor&& threads = {}) {
     if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
