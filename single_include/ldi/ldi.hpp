@@ -92,7 +92,6 @@ struct depth_range {
 // neighbour a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
 
 #include <cstddef>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -201,6 +200,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 // first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
 
 #include <algorithm>
+#include <span>
 
 namespace ldi {
 
@@ -695,8 +695,8 @@ private:
     /// Cell 0 is black and stands for every neighbour that does not exist.
     struct level {
         std::vector<colour_type> value;
-        std::vector<colour_type>
-            known;  // sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours
+        /// Sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours.
+        std::vector<colour_type> known;
         std::vector<std::array<std::int32_t, 4>> links;
         std::vector<std::array<std::int32_t, 2>> position;
         std::vector<std::int32_t> parent;
@@ -1268,10 +1268,11 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #else
 // g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
 // every sum of a matrix product to the stack and halves its speed.
-#define LDI_BEGIN_TARGET(features)                                                                           \
-    LDI_PRAGMA(GCC push_options)                                                                             \
-    LDI_PRAGMA(GCC target(features)) LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) \
-        LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
+#define LDI_BEGIN_TARGET(features)                                                                                               \
+    LDI_PRAGMA(GCC push_options)                                                                                                 \
+    LDI_PRAGMA(GCC target(features))                                                                                             \
+    LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") \
+        LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
 #define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
 #endif
 
@@ -2550,9 +2551,19 @@ namespace ldi::avx2 {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 3, gemm_group = 4;
 
+/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const std::size_t padded = (packed.inputs + 15) / 16 * 16;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.wide.push_back(
+                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+}
+
 /// Panel by panel, segment by segment, four inputs by four inputs, vector by vector: of 8 outputs the inputs 0 and 2, then of
 /// the same 8 outputs the inputs 1 and 3.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     std::size_t first = 0;
@@ -2642,8 +2653,46 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
         gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
 }
 
+/// The sum of one pixel and one output.
+[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                             std::size_t offset) {
+    __m256i sums = _mm256_setzero_si256();
+    const std::int16_t* w = weights.wide.data();
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
+            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
+            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        }
+        if (i == weights.inputs) continue;
+        alignas(16) std::uint8_t rest[16] = {};
+        std::memcpy(rest, x + i, weights.inputs - i);
+        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
+        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        w += 16;
+    }
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
+    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(32) std::int32_t sums[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t p = 0; p < count; ++p)
+            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
+        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
+        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
+    }
+}
+
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
+    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
     const requantizer requantize(weights.fast);
@@ -2683,8 +2732,19 @@ namespace ldi::avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4, gemm_group = 4;
 
+/// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.narrow.push_back(static_cast<std::int8_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
+}
+
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -2746,6 +2806,18 @@ template <std::size_t vectors>
     _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
+[[gnu::always_inline]] inline void store_four(const __m512i* sums, const requantizer& requantize, std::uint8_t* result) {
+    const __m512i bytes =
+        requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
+    _mm512_storeu_si512(result, swap_lanes(bytes));
+}
+
+template <std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m512i* sums, const requantizer& requantize,
+                                                std::uint8_t* result) {
+    (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
+}
+
 template <std::size_t... p, std::size_t... v>
 inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
                          std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
@@ -2762,6 +2834,11 @@ inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v
             weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
     }
+    // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
+    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4;
+    if constexpr (can_fill)
+        if (outputs == sizeof...(v) * gemm_lanes)
+            return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
     (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, mask, result + p * outputs), ...);
 }
 
@@ -2782,8 +2859,49 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
         gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
 }
 
+/// The 16 sums of one pixel and one output, still to be added up.
+[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                         std::size_t offset) {
+    __m512i sums = _mm512_setzero_si512();
+    const std::int8_t* w = weights.narrow.data();
+    for (std::size_t s = 0; s < weights.segments; ++s)
+        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
+            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
+            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
+        }
+    return sums;
+}
+
+[[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
+    const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
+    return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
+    for (std::size_t first = 0; first < pixels; first += 16) {
+        alignas(64) std::int32_t sums[16] = {};
+        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
+            __m128i four[4];
+            for (std::size_t p = 0; p < 4; ++p) {  // behind the last pixel, the last once more
+                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
+                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
+            }
+            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
+            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
+        }
+        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
+        const __m512i bytes = swap_lanes(requantize.pack_lanes(values, values, values, values));
+        const std::size_t rest = pixels - first;
+        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
+    }
+}
+
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
+    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
     const requantizer requantize(weights.fast);
@@ -3697,6 +3815,32 @@ public:
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
+    /// One step of run(): some layers that run as one, and what they cost. For measuring.
+    struct step_description {
+        std::string_view name;  ///< of the tensor that its last layer makes
+        tensor_size size;       ///< of that tensor
+        std::size_t layers = 0;
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications that its convolutions ask for
+    };
+
+    /// In the order in which run() calls `progress`.
+    std::vector<step_description> describe_steps(tensor_size input) const {
+        std::vector<step_description> described;
+        for (const detail::planned_step& step : plan(input, fused_, true).steps) {
+            const detail::chain_stage& last = step.chain.back();
+            step_description d{last.layer->name, last.output, step.chain.size()};
+            for (const detail::chain_stage& stage : step.chain) {
+                const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
+                if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
+                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
+                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+            }
+            described.push_back(d);
+        }
+        return described;
+    }
+
     /// What run() calls after each step unless told otherwise.
     struct ignore_progress {
         void operator()(float) const {}
@@ -3983,6 +4127,13 @@ public:
         return network_.run_observed(quantized_colour(rgb), threads, observe);
     }
 
+    /// As quantized_network::describe_steps().
+    std::vector<quantized_network::step_description> describe_steps(tensor_size rgb) const {
+        return network_.describe_steps(rgb);
+    }
+
+    isa target() const { return network_.target(); }
+
     /// Bytes that log_disparity() works in, beside its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
@@ -4117,7 +4268,7 @@ inline image_components find_components(const image<float>& disparity, float thr
     return found;
 }
 
-// One small component: its pixels, and what it touches.
+// The pixels of one small component.
 struct small_component {
     std::vector<pixel_run> runs;
 
@@ -4217,7 +4368,8 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
 namespace ldi {
 
 struct normalize_options {
-    /// This share of the pixels may lie beyond either end; they are clamped. Keeps a few wild values from squeezing all others.
+    /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
+    /// from squeezing all others.
     float clipped_share = 0.001F;
     /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
     /// whose 8 bits are log disparity; 0 for a source with fine steps.
@@ -4243,8 +4395,14 @@ struct normalized_disparity {
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive.
+/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive; error_code::invalid_option.
 inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+    if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) || !(options.relative_step >= 0.0F) ||
+        !(options.largest_step > 0.0F) || !(options.largest_depth_ratio >= 1.0F))
+        raise(error_code::invalid_option, "normalize_options",
+              "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
+              std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
+                  std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
     std::vector<float> sorted(source.data(), source.data() + source.size());
     if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
     for (float value : sorted)
@@ -4257,20 +4415,21 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
-    const float lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
-    const float step = std::abs(highest) * options.relative_step;
-    const float span = std::max(highest - lowest, step / options.largest_step);
+    // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
+    const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
+    const double step = std::abs(highest) * options.relative_step;
+    const double span = std::max(highest - lowest, step / options.largest_step);
 
     normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
-    const float scale = span > 0.0F ? 1.0F / span : 0.0F;
+    const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (std::size_t i = 0; i < source.size(); ++i)
-        result.disparity.data()[i] = std::clamp(1.0F - (highest - source.data()[i]) * scale, 0.0F, 1.0F);
+        result.disparity.data()[i] = static_cast<float>(std::clamp(1.0 - (highest - source.data()[i]) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
-        // Without a unit the nearest surface is put at z_near of the assumed range; with span as above, 0 stands for highest -
-        // span.
-        const float farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
+        const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         result.range.z_near = options.assumed_range.z_near;
-        result.range.z_far = options.assumed_range.z_near * (span > 0.0F ? highest / farthest : options.largest_depth_ratio);
+        result.range.z_far = static_cast<float>(options.assumed_range.z_near * ratio);
     }
     return result;
 }
@@ -4753,8 +4912,7 @@ struct diffusion_inpainter {
     int rounds = 6;
 
     /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set. A surface without any known pixel
-    /// gets the
-    ///         mean of the known colours next to unknown ones elsewhere.
+    ///         gets the mean of the known colours next to unknown ones elsewhere.
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
         const graph& g = layers.topology;
@@ -5297,8 +5455,8 @@ private:
 /// curves  of the same layers
 ///
 /// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
-/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. Pixels
-/// that are linked differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the unordered
+/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New links
+/// join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the unordered
 /// state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
@@ -5333,15 +5491,18 @@ struct lift_options {
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch
-/// if the images differ in size.
+/// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layers lift(const image<std::uint8_t>& colour, const image<float>& disparity, const lift_options& options = {},
                   Executor&& threads = {}) {
     const std::size_t rows = height(disparity), columns = width(disparity);
-    if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1)
+    if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1 || rows == 0 ||
+        columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
+    if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
+        raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layers layers;
     graph& g = layers.topology;
@@ -5635,7 +5796,7 @@ private:
     }
 
     static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
-        const std::int32_t pieces = std::max<std::int32_t>((length + cap - 1) / cap, 1);
+        const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
         return (length + pieces - 1) / pieces;
     }
 
@@ -6000,9 +6161,8 @@ public:
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every
-    /// side
-    ///       of the chart. Colours of texels that stay empty are left alone.
+    /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
+    ///       texels away from its rim. Colours of texels that stay empty are left alone.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -6181,8 +6341,8 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own,
-/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative
-/// padding.
+/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
+/// filter padding below 1.
 template <executor Executor = const serial_executor>
 texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
@@ -8038,11 +8198,11 @@ namespace ldi {
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
-template <executor Executor>
+template <executor Executor = const serial_executor>
 textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts,
                          std::span<const chart_placement> placements, std::int32_t atlas_width, std::int32_t atlas_height,
-                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options,
-                         Executor&& threads) {
+                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options = {},
+                         Executor&& threads = {}) {
     if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
@@ -8108,8 +8268,8 @@ namespace ldi {
 struct view {
     pinhole_camera camera;                   ///< size of the picture, focal length
     std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
-    std::array<float, 9> rotation{1, 0, 0, 0, 1,
-                                  0, 0, 0, 1};  ///< 3 x 3, row-major, orthonormal: from the camera's axes to the photo's
+    /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
+    std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
     /// A direction given in the camera's axes, in the photo's.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {
@@ -8592,6 +8752,7 @@ struct photo3d {
 template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+    LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
     photo3d result;
     watcher.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;

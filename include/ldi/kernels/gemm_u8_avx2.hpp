@@ -21,9 +21,19 @@ namespace ldi::avx2 {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 3, gemm_group = 4;
 
+/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const std::size_t padded = (packed.inputs + 15) / 16 * 16;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.wide.push_back(
+                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+}
+
 /// Panel by panel, segment by segment, four inputs by four inputs, vector by vector: of 8 outputs the inputs 0 and 2, then of
 /// the same 8 outputs the inputs 1 and 3.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     std::size_t first = 0;
@@ -113,8 +123,46 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
         gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
 }
 
+/// The sum of one pixel and one output.
+[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                             std::size_t offset) {
+    __m256i sums = _mm256_setzero_si256();
+    const std::int16_t* w = weights.wide.data();
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
+            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
+            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        }
+        if (i == weights.inputs) continue;
+        alignas(16) std::uint8_t rest[16] = {};
+        std::memcpy(rest, x + i, weights.inputs - i);
+        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
+        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        w += 16;
+    }
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
+    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(32) std::int32_t sums[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t p = 0; p < count; ++p)
+            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
+        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
+        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
+    }
+}
+
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
+    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
     const requantizer requantize(weights.fast);

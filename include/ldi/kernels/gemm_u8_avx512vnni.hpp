@@ -20,8 +20,19 @@ namespace ldi::avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4, gemm_group = 4;
 
+/// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.narrow.push_back(static_cast<std::int8_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
+}
+
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -83,6 +94,18 @@ template <std::size_t vectors>
     _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
+[[gnu::always_inline]] inline void store_four(const __m512i* sums, const requantizer& requantize, std::uint8_t* result) {
+    const __m512i bytes =
+        requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
+    _mm512_storeu_si512(result, swap_lanes(bytes));
+}
+
+template <std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m512i* sums, const requantizer& requantize,
+                                                std::uint8_t* result) {
+    (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
+}
+
 template <std::size_t... p, std::size_t... v>
 inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
                          std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
@@ -99,6 +122,11 @@ inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v
             weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
     }
+    // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
+    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4;
+    if constexpr (can_fill)
+        if (outputs == sizeof...(v) * gemm_lanes)
+            return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
     (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, mask, result + p * outputs), ...);
 }
 
@@ -119,8 +147,49 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
         gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
 }
 
+/// The 16 sums of one pixel and one output, still to be added up.
+[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                         std::size_t offset) {
+    __m512i sums = _mm512_setzero_si512();
+    const std::int8_t* w = weights.narrow.data();
+    for (std::size_t s = 0; s < weights.segments; ++s)
+        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
+            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
+            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
+        }
+    return sums;
+}
+
+[[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
+    const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
+    return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
+    for (std::size_t first = 0; first < pixels; first += 16) {
+        alignas(64) std::int32_t sums[16] = {};
+        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
+            __m128i four[4];
+            for (std::size_t p = 0; p < 4; ++p) {  // behind the last pixel, the last once more
+                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
+                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
+            }
+            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
+            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
+        }
+        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
+        const __m512i bytes = swap_lanes(requantize.pack_lanes(values, values, values, values));
+        const std::size_t rest = pixels - first;
+        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
+    }
+}
+
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
+    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
     const requantizer requantize(weights.fast);

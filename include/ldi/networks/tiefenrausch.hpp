@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace ldi {
 
@@ -80,6 +81,13 @@ public:
         check_input(rgb);
         return network_.run_observed(quantized_colour(rgb), threads, observe);
     }
+
+    /// As quantized_network::describe_steps().
+    std::vector<quantized_network::step_description> describe_steps(tensor_size rgb) const {
+        return network_.describe_steps(rgb);
+    }
+
+    isa target() const { return network_.target(); }
 
     /// Bytes that log_disparity() works in, beside its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }

@@ -60,6 +60,32 @@ public:
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
+    /// One step of run(): some layers that run as one, and what they cost. For measuring.
+    struct step_description {
+        std::string_view name;  ///< of the tensor that its last layer makes
+        tensor_size size;       ///< of that tensor
+        std::size_t layers = 0;
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications that its convolutions ask for
+    };
+
+    /// In the order in which run() calls `progress`.
+    std::vector<step_description> describe_steps(tensor_size input) const {
+        std::vector<step_description> described;
+        for (const detail::planned_step& step : plan(input, fused_, true).steps) {
+            const detail::chain_stage& last = step.chain.back();
+            step_description d{last.layer->name, last.output, step.chain.size()};
+            for (const detail::chain_stage& stage : step.chain) {
+                const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
+                if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
+                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
+                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+            }
+            described.push_back(d);
+        }
+        return described;
+    }
+
     /// What run() calls after each step unless told otherwise.
     struct ignore_progress {
         void operator()(float) const {}

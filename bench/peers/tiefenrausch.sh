@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# The depth network at 384 x 288 beside what a user would pick instead: ONNX Runtime's int8 (npm) and torch's oneDNN int8 (Debian's
+# python3-torch), one thread, pinned to one processor, in turns. Prints the median of each and ends with "ratio R": ours over the
+# fastest of them. The first run builds their models and installs onnxruntime-node in the folder PEERS_OUT.
+#
+#   bench/peers/tiefenrausch.sh [ROUNDS]          LDI_ISA forces an instruction set
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+peers="$root/../shared/peers"
+rounds=${1:-7}
+export PEERS_OUT=${PEERS_OUT:-/tmp/ldi_peers}
+python=/usr/bin/python3
+
+skip() {
+    printf 'skipped: %s\n' "$1"
+    exit 0
+}
+[[ -d $peers && -d $peers/../tiefenrausch ]] || skip "there is no ../shared with the published network"
+for tool in node npm taskset "$python" "${CXX:-g++}"; do
+    command -v "$tool" >/dev/null || skip "$tool is not installed"
+done
+"$python" -c 'import torch, onnx, cv2' 2>/dev/null || skip "needs python3-torch, python3-onnx and python3-opencv"
+
+mkdir -p "$PEERS_OUT"
+[[ -f $PEERS_OUT/qlinear_u8s8.onnx ]] || "$python" "$peers/build_models.py" >/dev/null
+cp "$peers/node_bench.mjs" "$PEERS_OUT/"
+if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
+    (cd "$PEERS_OUT" && npm init -y >/dev/null && npm install --silent --ignore-scripts onnxruntime-node@1.30.0 >/dev/null) ||
+        skip "onnxruntime-node could not be installed"
+fi
+"${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -DLDI_SHARED_DIR="\"$root/../shared\"" \
+    "$root/bench/networks/tiefenrausch.cpp" -lbenchmark_main -lbenchmark -lpthread -o "$PEERS_OUT/ours"
+
+processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use
+pinned() { taskset -c "$processor" "$@"; }
+ours() {
+    pinned "$PEERS_OUT/ours" --benchmark_filter='network 384x288/threads:1/' --benchmark_min_time=0 \
+        --benchmark_repetitions=15 --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
+        awk -F, '/_median/ { print $3 }'
+}
+onnx_runtime() { (cd "$PEERS_OUT" && pinned node node_bench.mjs 1 9 columns qlinear_u8s8) | sed -n 's/.* med *\([0-9.]*\).*/\1/p'; }
+one_dnn() {
+    MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
+        pinned "$python" "$peers/torch_bench.py" 1 9 columns onednn 2>/dev/null | sed -n 's/.* med *\([0-9.]*\).*/\1/p'
+}
+median() { sort -g "$1" | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
+
+times=$(mktemp -d)
+trap 'rm -rf "$times"' EXIT
+for ((round = 0; round < rounds; ++round)); do
+    ours >>"$times/ours"
+    onnx_runtime >>"$times/onnx_runtime"
+    one_dnn >>"$times/one_dnn"
+done
+
+mine=$(median "$times/ours")
+fastest=
+printf '%-32s %9s %8s\n' "384x288, int8, one thread" "ms" "ratio"
+printf '%-32s %9.2f\n' "ldi, ${LDI_ISA:-best instruction set}" "$mine"
+for peer in onnx_runtime one_dnn; do
+    theirs=$(median "$times/$peer")
+    printf '%-32s %9.2f %8.3f\n' "$peer" "$theirs" "$(awk "BEGIN { print $mine / $theirs }")"
+    fastest=$(awk "BEGIN { f = \"$fastest\"; print (f == \"\" || $theirs < f + 0) ? $theirs : f }")
+done
+printf 'ratio %.3f\n' "$(awk "BEGIN { print $mine / $fastest }")"
