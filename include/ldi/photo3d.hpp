@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/core/camera.hpp>
+#include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -23,6 +24,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -96,10 +98,15 @@ struct photo3d {
 /// watcher  is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
 ///          "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0
 ///          and ends with 1
+///
+/// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
     LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
+    if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
+              std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
     photo3d result;
     watcher.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 namespace {
 
@@ -123,6 +122,31 @@ TEST_CASE("threads do not change the result") {
         CHECK((parallel.mesh.triangles == serial.mesh.triangles));
         CHECK((parallel.atlas.colour == serial.atlas.colour));
     }
+}
+
+TEST_CASE("options that make no sense are refused") {
+    const auto photo = ldi::make_image<std::uint8_t>(4, 6, 3, std::uint8_t{90});
+    const ldi::given_disparity estimator{ldi::make_image<float>(2, 3, 1, 0.5F)};
+    const auto is_refused = [&](auto&& change) {
+        ldi::photo3d_options options;
+        change(options);
+        try {
+            ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{}, options);
+        } catch (const ldi::error& failure) {
+            return failure.code() == ldi::error_code::invalid_option;
+        }
+        return false;
+    };
+    CHECK_FALSE(is_refused([](ldi::photo3d_options&) {}));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.long_side = 0; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.focal_length_35mm = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.largest_step = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.colour_sigma = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.median.sigma = -1.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.iterations = -1; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.charts.max_side = 0; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.atlas.padding.filter_padding = 0; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.mesh.studs.spacing = 0; }));
 }
 
 TEST_CASE("the smallest photos become 3D photos") {

@@ -84,7 +84,8 @@ inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::si
 ///
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
 /// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in colour, smoothed over the samples on
-/// the median's side. A map at least as fine as the photo is point-sampled instead.
+/// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
+/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -94,6 +95,9 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
                   std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+    if (!(options.spatial_sigma > 0.0F) || !(options.colour_sigma > 0.0F))
+        raise(error_code::invalid_option, "resample_options", "sigmas above 0",
+              std::to_string(options.spatial_sigma) + " and " + std::to_string(options.colour_sigma));
     image<float> result = make_image<float>(height(photo), width(photo));
     if (rows >= height(photo) && columns >= width(photo)) {
         for (std::size_t y = 0; y < height(photo); ++y) {

@@ -7,6 +7,7 @@
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 #pragma once
 
+#include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/depth/detail/four_floats.hpp>
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -214,11 +216,14 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight.
+/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight. Raises
+/// error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(const image<float>& disparity, const weighted_median_options& options = {},
                              Executor&& threads = {}) {
     using namespace detail::median;
+    if (!(options.sigma > 0.0F))
+        raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
     const std::size_t rows = height(disparity), columns = width(disparity);
     image<float> result = make_image<float>(rows, columns);
     if (rows == 0 || columns == 0) return result;

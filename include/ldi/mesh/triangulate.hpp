@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -20,8 +19,9 @@ struct lattice_point {
     std::int32_t x, y;  ///< within +-2^18
 };
 
-/// Vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior lies to the
-/// right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in the interior.
+/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
+/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
+/// the interior.
 ///
 /// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
 /// outline that is walked along the inside has them.
@@ -180,6 +180,7 @@ inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, t
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::size_t count = shape.points.size();
+    LDI_ASSERT(count <= std::size_t{1} << 24);
     events_.resize(count), before_.assign(count, -1);
     for (std::size_t v = 0; v < count; ++v) {
         events_[v] = detail::polygon_event(shape.points[v], v);
