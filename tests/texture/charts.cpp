@@ -8,9 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
+#include <limits>
 #include <set>
-#include <utility>
 
 namespace {
 
@@ -175,6 +174,8 @@ TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
     const std::vector<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(g, disparity).charts.size() == 1);
     chart_options options;
+    options.max_side = std::numeric_limits<std::int32_t>::max();
+    CHECK(make_charts(g, disparity, options).charts.size() == 1);
     options.max_side = 40;
     const chart_set set = make_charts(g, disparity, options);
     CHECK(set.charts.size() == 6);
