@@ -54,7 +54,7 @@ inline picture grey(const image<float>& disparity) {
     return p;
 }
 
-/// The colours, or a third of their brightness.
+/// A third of the brightness, to draw on.
 inline picture darkened(const picture& p) {
     picture result = p;
     for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(value / 3);
@@ -90,7 +90,7 @@ inline std::vector<std::size_t> layer_of_pixels(const photo_layers& layers) {
     return layer;
 }
 
-/// Draws the layers from `layer` on, each pixel as `colour(pixel)` has it; grey where there is none.
+/// One layer, each pixel as `colour(pixel)` has it; grey where there is none.
 template <class Colour>
 picture layer_picture(const photo_layers& layers, const std::vector<std::size_t>& layer_of, std::size_t layer, Colour&& colour) {
     const graph& g = layers.topology;

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <barrier>
 #include <cstdint>
-#include <numeric>
 #include <stdexcept>
 
 using namespace ldi;

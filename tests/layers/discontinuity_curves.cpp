@@ -4,11 +4,9 @@
 
 #include <catch2/catch.hpp>
 
-#include <cmath>
 #include <map>
 #include <random>
 #include <set>
-#include <tuple>
 
 namespace {
 

@@ -87,8 +87,8 @@ private:
     /// Cell 0 is black and stands for every neighbour that does not exist.
     struct level {
         std::vector<colour_type> value;
-        std::vector<colour_type>
-            known;  // sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours
+        /// Sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours.
+        std::vector<colour_type> known;
         std::vector<std::array<std::int32_t, 4>> links;
         std::vector<std::array<std::int32_t, 2>> position;
         std::vector<std::int32_t> parent;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace ldi {
@@ -77,7 +78,7 @@ inline image_components find_components(const image<float>& disparity, float thr
     return found;
 }
 
-// One small component: its pixels, and what it touches.
+// The pixels of one small component.
 struct small_component {
     std::vector<pixel_run> runs;
 

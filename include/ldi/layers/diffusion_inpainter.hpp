@@ -20,8 +20,7 @@ struct diffusion_inpainter {
     int rounds = 6;
 
     /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set. A surface without any known pixel
-    /// gets the
-    ///         mean of the known colours next to unknown ones elsewhere.
+    ///         gets the mean of the known colours next to unknown ones elsewhere.
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
         const graph& g = layers.topology;

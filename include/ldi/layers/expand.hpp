@@ -7,12 +7,12 @@
 #include <ldi/layers/detail/hidden_pixels.hpp>
 #include <ldi/layers/discontinuity_curves.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 namespace ldi {
@@ -88,8 +88,8 @@ private:
         created_.push_back(made);
     }
 
-    // The pixel next to (x, y) on side `s` that is nearest in disparity to `source`, within the threshold, and free towards (x,
-    // y).
+    // The pixel next to (x, y) on side `s`, with no neighbour there yet, that is nearest in disparity to `source` and within the
+    // threshold of it.
     std::int32_t free_neighbour(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
@@ -130,9 +130,9 @@ private:
 /// curves  of the same layers
 ///
 /// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
-/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. Pixels
-/// that are linked differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the unordered
-/// state after every iteration (for tests and pictures; it costs a copy each).
+/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New
+/// links join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the
+/// unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const observer& watcher = {},

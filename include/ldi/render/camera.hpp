@@ -11,8 +11,8 @@ namespace ldi {
 struct view {
     pinhole_camera camera;                   ///< size of the picture, focal length
     std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space
-    std::array<float, 9> rotation{1, 0, 0, 0, 1,
-                                  0, 0, 0, 1};  ///< 3 x 3, row-major, orthonormal: from the camera's axes to the photo's
+    /// 3 x 3, row-major, orthonormal: from the camera's axes to the photo's.
+    std::array<float, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
     /// A direction given in the camera's axes, in the photo's.
     std::array<float, 3> direction_to_photo(const std::array<float, 3>& d) const {

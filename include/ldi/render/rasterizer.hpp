@@ -9,8 +9,10 @@
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/screen_triangles.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>

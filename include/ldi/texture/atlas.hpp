@@ -51,8 +51,8 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 }  // namespace detail
 
 /// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own,
-/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for negative
-/// padding.
+/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
+/// filter padding below 1.
 template <executor Executor = const serial_executor>
 texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {

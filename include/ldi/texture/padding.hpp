@@ -9,8 +9,6 @@
 #include <ldi/texture/charts.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -58,9 +56,8 @@ public:
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
 
-    /// room  the chart's blocks: all four numbers are multiples of 16, and there are at least `filter_padding` texels on every
-    /// side
-    ///       of the chart. Colours of texels that stay empty are left alone.
+    /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
+    ///       texels away from its rim. Colours of texels that stay empty are left alone.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
