@@ -4541,7 +4541,8 @@ inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::si
 ///
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
 /// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in colour, smoothed over the samples on
-/// the median's side. A map at least as fine as the photo is point-sampled instead.
+/// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
+/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
                                const resample_options& options = {}, Executor&& threads = {}) {
@@ -4551,6 +4552,9 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
                   std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+    if (!(options.spatial_sigma > 0.0F) || !(options.colour_sigma > 0.0F))
+        raise(error_code::invalid_option, "resample_options", "sigmas above 0",
+              std::to_string(options.spatial_sigma) + " and " + std::to_string(options.colour_sigma));
     image<float> result = make_image<float>(height(photo), width(photo));
     if (rows >= height(photo) && columns >= width(photo)) {
         for (std::size_t y = 0; y < height(photo); ++y) {
@@ -4846,11 +4850,14 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight.
+/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight. Raises
+/// error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(const image<float>& disparity, const weighted_median_options& options = {},
                              Executor&& threads = {}) {
     using namespace detail::median;
+    if (!(options.sigma > 0.0F))
+        raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
     const std::size_t rows = height(disparity), columns = width(disparity);
     image<float> result = make_image<float>(rows, columns);
     if (rows == 0 || columns == 0) return result;
@@ -5413,8 +5420,8 @@ private:
         created_.push_back(made);
     }
 
-    // The pixel next to (x, y) on side `s` that is nearest in disparity to `source`, within the threshold, and free towards (x,
-    // y).
+    // The pixel next to (x, y) on side `s`, with no neighbour there yet, that is nearest in disparity to `source` and within the
+    // threshold of it.
     std::int32_t free_neighbour(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
@@ -5455,9 +5462,9 @@ private:
 /// curves  of the same layers
 ///
 /// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
-/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New links
-/// join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the unordered
-/// state after every iteration (for tests and pictures; it costs a copy each).
+/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New
+/// links join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the
+/// unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const observer& watcher = {},
@@ -6390,8 +6397,9 @@ struct lattice_point {
     std::int32_t x, y;  ///< within +-2^18
 };
 
-/// Vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior lies to the
-/// right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in the interior.
+/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
+/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
+/// the interior.
 ///
 /// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
 /// outline that is walked along the inside has them.
@@ -6550,6 +6558,7 @@ inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, t
 
 inline void triangulator::collect_events(const polygon& shape) {
     const std::size_t count = shape.points.size();
+    LDI_ASSERT(count <= std::size_t{1} << 24);
     events_.resize(count), before_.assign(count, -1);
     for (std::size_t v = 0; v < count; ++v) {
         events_[v] = detail::polygon_event(shape.points[v], v);
@@ -8749,10 +8758,15 @@ struct photo3d {
 /// watcher  is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
 ///          "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0
 ///          and ends with 1
+///
+/// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
     LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
+    if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
+              std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
     photo3d result;
     watcher.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
