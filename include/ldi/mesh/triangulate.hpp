@@ -127,7 +127,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
     for (std::size_t first = 0; first < events_.size();) {
         std::size_t last = first + 1;
         while (last < events_.size() && (events_[last] >> 24) == (events_[first] >> 24)) ++last;
-        if (const std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
+        if (std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
         first = last;
     }
     return std::nullopt;
