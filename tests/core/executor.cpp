@@ -165,6 +165,16 @@ TEST_CASE("an exception reaches the caller once all calls have ended, and the po
     }
 }
 
+TEST_CASE("an exception never passes through the caller's executor") {
+    callers_executor own{3};  // its threads would end the program
+    const auto body = [](std::size_t first, std::size_t last) {
+        if (first <= 500 && 500 < last) throw std::runtime_error("piece of 500");
+    };
+    REQUIRE_THROWS_WITH(parallel_for(own, 1000, 1, body), "piece of 500");
+    serial_executor serial;
+    CHECK(filled(own, 300, 1) == filled(serial, 300, 1));
+}
+
 TEST_CASE("when every call throws, the caller sees one of them") {
     thread_pool pool(4);
     const auto body = [](std::size_t, std::size_t) { raise(error_code::invalid_data, "row", "numbers", "letters"); };

@@ -21,7 +21,8 @@ namespace ldi {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
-/// order, and returns when all calls have returned. An engine wraps its own job system in these two members.
+/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
+/// the functions that parallel_for hands over, so that they may be called from C.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -37,7 +38,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it.
+/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it. The first exception
+/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -51,16 +53,30 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     struct task {
         std::remove_reference_t<Body>* body;
         std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        std::mutex mutex{};
+        std::exception_ptr failure{};
 
         std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+        void run(std::size_t i) {
+#if LDI_HAS_EXCEPTIONS
+            {
+                const std::lock_guard lock(mutex);
+                if (failure != nullptr) return;
+            }
+            try {
+                (*body)(start(i), start(i + 1));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (failure == nullptr) failure = std::current_exception();
+            }
+#else
+            (*body)(start(i), start(i + 1));
+#endif
+        }
     } shared{&body, count / pieces, count % pieces};
     threads.run(
-        pieces,
-        [](void* data, std::size_t i) {
-            const task& t = *static_cast<task*>(data);
-            (*t.body)(t.start(i), t.start(i + 1));
-        },
-        &shared);
+        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
+    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
 /// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
