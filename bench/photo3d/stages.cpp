@@ -5,9 +5,8 @@
 
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/photo.hpp>
+#include <ldi/io/published_network.hpp>
 #include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/networks/caffe2.hpp>
-#include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <benchmark/benchmark.h>
@@ -31,12 +30,7 @@ const ldi::photo3d_options options;
 std::optional<ldi::tiefenrausch> published_network() {
     const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model";
     if (!std::filesystem::exists(folder)) return std::nullopt;
-    const std::vector<std::byte> network = ldi::read_file(folder / "tiefenrausch.pb"),
-                                 weights = ldi::read_file(folder / "tiefenrausch_init.pb");
-    const auto bytes = [](const std::vector<std::byte>& v) {
-        return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(v.data()), v.size());
-    };
-    return ldi::tiefenrausch(ldi::read_caffe2(bytes(network), bytes(weights)));
+    return ldi::load_tiefenrausch(folder);
 }
 
 ldi::photo3d convert() {

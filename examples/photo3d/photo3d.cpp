@@ -7,9 +7,8 @@
 #include <ldi/io/glb.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
+#include <ldi/io/published_network.hpp>
 #include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/networks/caffe2.hpp>
-#include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <CLI/CLI.hpp>
@@ -68,15 +67,6 @@ void describe(CLI::App& app, arguments& a) {
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
-ldi::tiefenrausch load_depth_network(const std::filesystem::path& folder) {
-    const std::vector<std::byte> network = ldi::read_file(folder / "tiefenrausch.pb"),
-                                 weights = ldi::read_file(folder / "tiefenrausch_init.pb");
-    const auto bytes = [](const std::vector<std::byte>& v) {
-        return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(v.data()), v.size());
-    };
-    return ldi::tiefenrausch(ldi::read_caffe2(bytes(network), bytes(weights)));
-}
-
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
     ldi::photo3d_options options;
     options.long_side = a.long_side;
@@ -106,7 +96,7 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
             "https://github.com/facebookresearch/one_shot_3d_photography, then --depth-model one_shot_3d_photography/model)",
             "neither");
     clock.begin("reading depth network");
-    const ldi::tiefenrausch estimator = load_depth_network(a.depth_model);
+    const ldi::tiefenrausch estimator = ldi::load_tiefenrausch(a.depth_model);
     return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
 }
 
