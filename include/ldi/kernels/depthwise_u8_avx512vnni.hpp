@@ -94,23 +94,27 @@ template <bool ordered>
     _mm512_storeu_si512(to + 192, _mm512_unpackhi_epi16(ab_high, c_high));
 }
 
-/// The weights and biases of one block.
+/// The weights and biases of one block: of each column of the window 4 vectors.
 struct depthwise_block_weights {
-    __m512i columns[3][4], bias[4];
+    __m512i columns[12], bias[4];
 
-    depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block) {
-        for (std::size_t i = 0; i < 12; ++i)
-            columns[i / 4][i % 4] = _mm512_load_si512(weights.narrow.data() + (block * 12 + i) * 64);
-        for (std::size_t v = 0; v < 4; ++v) bias[v] = _mm512_load_si512(weights.bias.data() + block * depthwise_block + v * 16);
-    }
+    [[gnu::always_inline]] depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block)
+        : depthwise_block_weights(weights.narrow.data() + block * 12 * 64, weights.bias.data() + block * depthwise_block,
+                                  std::make_index_sequence<12>{}, std::make_index_sequence<4>{}) {}
+
+private:
+    template <std::size_t... i, std::size_t... v>
+    [[gnu::always_inline]] depthwise_block_weights(const std::int8_t* weights, const std::int32_t* biases,
+                                                   std::index_sequence<i...>, std::index_sequence<v...>)
+        : columns{_mm512_load_si512(weights + i * 64)...}, bias{_mm512_load_si512(biases + v * 16)...} {}
 };
 
 template <std::size_t v>
 [[gnu::always_inline]] inline __m512i depthwise_sum(const depthwise_block_weights& w, const std::uint8_t* left,
                                                     const std::uint8_t* middle, const std::uint8_t* right) {
-    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[0][v]);
-    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[1][v]);
-    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[2][v]);
+    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[v]);
+    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[4 + v]);
+    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[8 + v]);
 }
 
 [[gnu::always_inline]] inline __m512i depthwise_pixel(const depthwise_block_weights& w, const requantizer& requantize,

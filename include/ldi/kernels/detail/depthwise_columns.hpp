@@ -9,13 +9,14 @@ namespace ldi::detail {
 /// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
 /// columns outside the image (-1 and `width`) have slots as well.
 struct depthwise_columns {
-    static constexpr std::size_t most_slots = 80, most_taps = 4 * most_slots;
+    /// Few enough that the slots and the rows they are filled from share a first-level cache of 32 KiB.
+    static constexpr std::size_t most_slots = 40, most_taps = 4 * most_slots;
 
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< that slot 0 holds, plus one
     std::size_t slots = 0;
-    std::uint16_t
-        slot_of[most_taps];  ///< of the result's column first + i at stride 1: slot_of[i], slot_of[i + 1], slot_of[i + 2]
+    /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
+    std::uint16_t slot_of[most_taps];
 
     /// So many result pixels fit whatever their position.
     static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }

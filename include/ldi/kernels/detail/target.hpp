@@ -19,11 +19,12 @@
 #else
 // g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
 // every sum of a matrix product to the stack and halves its speed.
-#define LDI_BEGIN_TARGET(features)                                                                                               \
-    LDI_PRAGMA(GCC push_options)                                                                                                 \
-    LDI_PRAGMA(GCC target(features))                                                                                             \
-    LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") \
-        LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
+#define LDI_BEGIN_TARGET(features)          \
+    LDI_PRAGMA(GCC push_options)            \
+    LDI_PRAGMA(GCC target(features))        \
+    LDI_PRAGMA(GCC optimize("no-tree-pre")) \
+    LDI_PRAGMA(GCC diagnostic push)         \
+    LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
 #define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
 #endif
 
