@@ -84,7 +84,8 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
         clock.begin("reading depth");
         ldi::depth_map_options map_options = a.depth_map;
         map_options.white_is_near = !a.near_is_black;
-        options.normalize.is_inverse_depth = a.is_inverse || a.depth_map.kind == ldi::depth_map_kind::metres;
+        options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::metres;
+        options.normalize.is_inverse_depth = a.is_inverse || options.normalize.is_metric;
         const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
         ldi::check_fits(estimator.map, photo.colour, a.depth.string());
         return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());

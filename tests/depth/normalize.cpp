@@ -36,6 +36,16 @@ TEST_CASE("depth is the inverse of the source, up to scale") {
         CHECK(n.range.depth(n.disparity(0, x, 0)) * source(0, x, 0) == Approx(scale).epsilon(1e-4));
 }
 
+TEST_CASE("metric sources keep their metres") {
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    options.is_metric = true;
+    const ldi::image<float> source = ramp(0.25F, 2.0F);  // 4 m to half a metre
+    const ldi::normalized_disparity n = ldi::normalize(source, options);
+    for (std::size_t x = 0; x < 1000; x += 37)
+        CHECK(n.range.depth(n.disparity(0, x, 0)) == Approx(1.0F / source(0, x, 0)).epsilon(1e-4));
+}
+
 TEST_CASE("a few wild values do not squeeze the others") {
     ldi::image<float> map = ramp(1.0F, 2.0F, 10000);
     map(0, 0, 0) = 1e6F;

@@ -26,6 +26,8 @@ struct normalize_options {
     /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
     /// scale and shift: then distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
+    /// True where the source is 1 / depth in metres, so that distances themselves are known. Needs is_inverse_depth.
+    bool is_metric = false;
     /// In metres; used where distances are not known.
     depth_range assumed_range = {};
     /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
@@ -74,8 +76,9 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
-        result.range.z_near = options.assumed_range.z_near;
-        result.range.z_far = static_cast<float>(options.assumed_range.z_near * ratio);
+        const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
+        result.range.z_near = static_cast<float>(z_near);
+        result.range.z_far = static_cast<float>(z_near * ratio);
     }
     return result;
 }
