@@ -814,7 +814,8 @@ namespace ldi {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
-/// order, and returns when all calls have returned. An engine wraps its own job system in these two members.
+/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
+/// the functions that parallel_for hands over, so that they may be called from C.
 template <class T>
 concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
     { e.concurrency() } -> std::convertible_to<std::size_t>;
@@ -830,7 +831,8 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it.
+/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it. The first exception
+/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -844,16 +846,30 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     struct task {
         std::remove_reference_t<Body>* body;
         std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        std::mutex mutex{};
+        std::exception_ptr failure{};
 
         std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+        void run(std::size_t i) {
+#if LDI_HAS_EXCEPTIONS
+            {
+                const std::lock_guard lock(mutex);
+                if (failure != nullptr) return;
+            }
+            try {
+                (*body)(start(i), start(i + 1));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (failure == nullptr) failure = std::current_exception();
+            }
+#else
+            (*body)(start(i), start(i + 1));
+#endif
+        }
     } shared{&body, count / pieces, count % pieces};
     threads.run(
-        pieces,
-        [](void* data, std::size_t i) {
-            const task& t = *static_cast<task*>(data);
-            (*t.body)(t.start(i), t.start(i + 1));
-        },
-        &shared);
+        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
+    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
 }
 
 /// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
@@ -1268,11 +1284,12 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #else
 // g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
 // every sum of a matrix product to the stack and halves its speed.
-#define LDI_BEGIN_TARGET(features)                                                                                               \
-    LDI_PRAGMA(GCC push_options)                                                                                                 \
-    LDI_PRAGMA(GCC target(features))                                                                                             \
-    LDI_PRAGMA(GCC optimize("no-tree-pre")) LDI_PRAGMA(GCC diagnostic push) LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") \
-        LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
+#define LDI_BEGIN_TARGET(features)          \
+    LDI_PRAGMA(GCC push_options)            \
+    LDI_PRAGMA(GCC target(features))        \
+    LDI_PRAGMA(GCC optimize("no-tree-pre")) \
+    LDI_PRAGMA(GCC diagnostic push)         \
+    LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
 #define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
 #endif
 
@@ -1933,13 +1950,14 @@ namespace ldi::detail {
 /// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
 /// columns outside the image (-1 and `width`) have slots as well.
 struct depthwise_columns {
-    static constexpr std::size_t most_slots = 80, most_taps = 4 * most_slots;
+    /// Few enough that the slots and the rows they are filled from share a first-level cache of 32 KiB.
+    static constexpr std::size_t most_slots = 40, most_taps = 4 * most_slots;
 
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< that slot 0 holds, plus one
     std::size_t slots = 0;
-    std::uint16_t
-        slot_of[most_taps];  ///< of the result's column first + i at stride 1: slot_of[i], slot_of[i + 1], slot_of[i + 2]
+    /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
+    std::uint16_t slot_of[most_taps];
 
     /// So many result pixels fit whatever their position.
     static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }
@@ -2311,23 +2329,27 @@ template <bool ordered>
     _mm512_storeu_si512(to + 192, _mm512_unpackhi_epi16(ab_high, c_high));
 }
 
-/// The weights and biases of one block.
+/// The weights and biases of one block: of each column of the window 4 vectors.
 struct depthwise_block_weights {
-    __m512i columns[3][4], bias[4];
+    __m512i columns[12], bias[4];
 
-    depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block) {
-        for (std::size_t i = 0; i < 12; ++i)
-            columns[i / 4][i % 4] = _mm512_load_si512(weights.narrow.data() + (block * 12 + i) * 64);
-        for (std::size_t v = 0; v < 4; ++v) bias[v] = _mm512_load_si512(weights.bias.data() + block * depthwise_block + v * 16);
-    }
+    [[gnu::always_inline]] depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block)
+        : depthwise_block_weights(weights.narrow.data() + block * 12 * 64, weights.bias.data() + block * depthwise_block,
+                                  std::make_index_sequence<12>{}, std::make_index_sequence<4>{}) {}
+
+private:
+    template <std::size_t... i, std::size_t... v>
+    [[gnu::always_inline]] depthwise_block_weights(const std::int8_t* weights, const std::int32_t* biases,
+                                                   std::index_sequence<i...>, std::index_sequence<v...>)
+        : columns{_mm512_load_si512(weights + i * 64)...}, bias{_mm512_load_si512(biases + v * 16)...} {}
 };
 
 template <std::size_t v>
 [[gnu::always_inline]] inline __m512i depthwise_sum(const depthwise_block_weights& w, const std::uint8_t* left,
                                                     const std::uint8_t* middle, const std::uint8_t* right) {
-    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[0][v]);
-    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[1][v]);
-    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[2][v]);
+    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[v]);
+    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[4 + v]);
+    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[8 + v]);
 }
 
 [[gnu::always_inline]] inline __m512i depthwise_pixel(const depthwise_block_weights& w, const requantizer& requantize,
@@ -4380,6 +4402,8 @@ struct normalize_options {
     /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
     /// scale and shift: then distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
+    /// True where the source is 1 / depth in metres, so that distances themselves are known. Needs is_inverse_depth.
+    bool is_metric = false;
     /// In metres; used where distances are not known.
     depth_range assumed_range = {};
     /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
@@ -4428,8 +4452,9 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
-        result.range.z_near = options.assumed_range.z_near;
-        result.range.z_far = static_cast<float>(options.assumed_range.z_near * ratio);
+        const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
+        result.range.z_near = static_cast<float>(z_near);
+        result.range.z_far = static_cast<float>(z_near * ratio);
     }
     return result;
 }
@@ -6505,7 +6530,7 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
     for (std::size_t first = 0; first < events_.size();) {
         std::size_t last = first + 1;
         while (last < events_.size() && (events_[last] >> 24) == (events_[first] >> 24)) ++last;
-        if (const std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
+        if (std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
         first = last;
     }
     return std::nullopt;
