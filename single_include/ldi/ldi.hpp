@@ -1527,6 +1527,7 @@ inline std::vector<std::int32_t> requantization_checkpoints(const requantization
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     const std::vector<std::int32_t> points = detail::requantization_checkpoints(r);
     std::vector<std::uint8_t> expected;
+    expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
     const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
