@@ -20,6 +20,7 @@
 
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/area_resize.hpp>
+#include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>
 #include <ldi/kernels/isa.hpp>
@@ -27,8 +28,11 @@
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
+#include <ldi/nn/convolution_plan.hpp>
+#include <ldi/nn/ldi_convolution.hpp>
 #include <ldi/nn/network_description.hpp>
 #include <ldi/nn/quantized_network.hpp>
+#include <ldi/nn/upsample.hpp>
 
 #include <ldi/networks/tiefenrausch.hpp>
 

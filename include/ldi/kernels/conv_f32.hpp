@@ -1,0 +1,46 @@
+// k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
+// side. This header is the contract of the family; one file for each instruction set implements it.
+//
+// Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
+// has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
+// addition.
+#pragma once
+
+#include <ldi/kernels/conv_f32_scalar.hpp>
+#include <ldi/kernels/detail/conv_f32_weights.hpp>
+
+#include <cstddef>
+#include <span>
+
+namespace ldi {
+
+/// weights  outputs x rows x inputs, row-major, finite
+/// bias     outputs
+/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
+inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
+                                      activation after) {
+    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
+    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    conv_f32_weights packed;
+    packed.target = target;
+    packed.rows = rows;
+    packed.inputs = weights.size() / (bias.size() * rows);
+    packed.outputs = bias.size();
+    packed.negative_slope = after.negative_slope;
+    packed.target = isa::scalar;
+    scalar::pack_conv_f32(packed, weights, bias);
+    return packed;
+}
+
+/// result = activation(sum of weight * input * ratio + bias)
+///
+/// rows          where the first pixel's stretches of `inputs` values begin
+/// pixel_stride  values from a pixel's stretches to the next pixel's
+/// ratios        one a pixel; nullptr for 1
+/// result        pixels x outputs, row-major; must not overlap the input
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+}  // namespace ldi

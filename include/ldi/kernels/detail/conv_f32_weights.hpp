@@ -1,0 +1,46 @@
+// The packed weights of kernels/conv_f32.hpp, and what packing has in common on all instruction sets.
+#pragma once
+
+#include <ldi/config.hpp>
+#include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/kernels/isa.hpp>
+
+#include <cstddef>
+#include <span>
+
+namespace ldi {
+
+/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
+struct activation {
+    float negative_slope;  ///< 0 to 1
+};
+inline constexpr activation no_activation{1.0F};
+inline constexpr activation relu{0.0F};
+constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+
+/// The weights of one layer in the order that conv_f32() reads them. Only pack_conv_f32() makes sound ones.
+struct conv_f32_weights {
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    detail::aligned_vector<float> values;
+    detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
+};
+
+namespace detail {
+
+/// Appends the weights of `lanes` outputs from `first` on, and their bias: row by row, input by input, the outputs side by side;
+/// zeros behind the last output.
+///
+/// weights  outputs x rows x inputs, row-major
+inline void append_conv_f32_panel(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                                  std::size_t first, std::size_t lanes) {
+    const std::size_t inputs = packed.rows * packed.inputs;
+    for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t o = first; o < first + lanes; ++o)
+            packed.values.push_back(o < packed.outputs ? weights[o * inputs + i] : 0.0F);
+    for (std::size_t o = first; o < first + lanes; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+}
+
+}  // namespace detail
+}  // namespace ldi

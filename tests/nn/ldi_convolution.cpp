@@ -1,0 +1,286 @@
+#include <ldi/nn/ldi_convolution.hpp>
+
+#include "tests/support/random_bytes.hpp"
+#include "tests/support/random_graph.hpp"
+
+#include <ldi/nn/upsample.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace ldi;
+using ldi::testing::random_layers;
+
+namespace {
+using floats = std::vector<float>;
+using indices = std::vector<std::int32_t>;
+
+floats random_floats(std::mt19937& random, std::size_t count) {
+    floats values(count);
+    for (float& v : values) v = static_cast<float>(testing::below(random, 2001) - 1000) / 1000.0F;
+    return values;
+}
+
+/// A source with what it points to.
+struct tensor {
+    floats values;
+    std::size_t channels;
+    indices rows;
+    std::vector<std::uint8_t> mask;
+
+    convolution_source source() const { return {values, channels, rows, mask}; }
+    std::int32_t row_of(std::int32_t pixel) const {
+        return pixel == no_pixel || rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
+    }
+};
+
+struct layer {
+    std::int32_t kernel_size;
+    std::size_t inputs, outputs;
+    floats weights, bias;
+    float negative_slope;
+};
+
+layer random_layer(std::mt19937& random, std::int32_t kernel_size, std::size_t inputs, std::size_t outputs) {
+    const float slopes[] = {1.0F, 0.0F, 0.2F};
+    const std::size_t elements = static_cast<std::size_t>(kernel_size * kernel_size);
+    return {kernel_size,
+            inputs,
+            outputs,
+            random_floats(random, outputs * inputs * elements),
+            random_floats(random, outputs),
+            slopes[testing::below(random, 3)]};
+}
+
+conv_f32_weights packed(const layer& l, isa target) {
+    return pack_convolution(target, l.weights, l.bias, l.kernel_size, {l.negative_slope});
+}
+
+struct value_and_scale {
+    double value, scale;  // scale: the sum of the absolute values of what was added
+};
+
+/// One output, from exploration and in double precision.
+value_and_scale by_definition(const graph& g, std::int32_t pixel, const layer& l, const std::vector<tensor>& tensors,
+                              std::size_t output, bool is_partial, bool& is_masked) {
+    const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
+    indices window(elements);
+    gather_window(g, pixel, l.kernel_size, window);
+    double sum = 0, scale = 0, counted = 0;
+    std::size_t first = 0;
+    for (const tensor& t : tensors) {
+        for (std::size_t e = 0; e < elements; ++e) {
+            const std::int32_t row = t.row_of(window[e]);
+            if (row == no_pixel) continue;
+            if (!t.mask.empty() && t.mask[static_cast<std::size_t>(row)] == 0) continue;
+            counted += static_cast<double>(t.channels);
+            for (std::size_t c = 0; c < t.channels; ++c) {
+                const double product = double{l.weights[(output * l.inputs + first + c) * elements + e]} *
+                                       double{t.values[static_cast<std::size_t>(row) * t.channels + c]};
+                sum += product, scale += std::abs(product);
+            }
+        }
+        first += t.channels;
+    }
+    is_masked = is_partial && counted == 0;
+    if (is_masked) return {0, 0};
+    const double ratio = is_partial ? static_cast<double>(l.inputs * elements) / counted : 1;
+    const double value = sum * ratio + double{l.bias[output]};
+    return {value > 0 ? value : value * double{l.negative_slope}, scale * ratio + std::abs(double{l.bias[output]})};
+}
+
+constexpr float untouched = 12345.0F;
+
+struct outcome {
+    floats values;
+    std::vector<std::uint8_t> mask;
+};
+
+outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const std::vector<tensor>& tensors, bool is_partial) {
+    serial_executor threads;
+    std::vector<convolution_source> sources;
+    for (const tensor& t : tensors) sources.push_back(t.source());
+    outcome result{floats(plan.output_count * weights.outputs, untouched), std::vector<std::uint8_t>(plan.output_count, 99)};
+    if (is_partial)
+        convolve_partially(plan, weights, sources, result.values, result.mask, threads);
+    else
+        convolve(plan, weights, sources, result.values, threads);
+    return result;
+}
+
+indices random_subset(std::mt19937& random, std::size_t count) {
+    indices subset;
+    bool chosen = false;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (testing::chance(random, 30)) chosen = testing::chance(random, 50);
+        if (chosen) subset.push_back(static_cast<std::int32_t>(i));
+    }
+    return subset;
+}
+
+std::vector<std::uint8_t> random_mask(std::mt19937& random, std::size_t count) {
+    const std::int32_t percent = testing::below(random, 101);
+    std::vector<std::uint8_t> mask(count);
+    for (std::uint8_t& m : mask) m = testing::chance(random, percent) ? 1 : 0;
+    return mask;
+}
+
+std::size_t some_channels(std::mt19937& random, std::int32_t most) {
+    return 1 + static_cast<std::size_t>(testing::below(random, most));
+}
+
+/// The whole result near the definition, a restricted plan's the same bits, on every instruction set.
+void check_everywhere(const graph& g, const convolution_plan& plan, const indices& centres, const layer& l,
+                      const std::vector<tensor>& tensors, bool is_partial, std::mt19937& random) {
+    const indices subset = random_subset(random, plan.output_count);
+    std::vector<bool> is_chosen(plan.output_count);
+    for (const std::int32_t o : subset) is_chosen[static_cast<std::size_t>(o)] = true;
+    const convolution_plan restricted = restrict_to(plan, subset);
+    for (const isa target : ldi_test::available_isas()) {
+        const conv_f32_weights weights = packed(l, target);
+        const outcome whole = run(plan, weights, tensors, is_partial), part = run(restricted, weights, tensors, is_partial);
+        bool near = true, same = true;
+        for (std::size_t o = 0; o < plan.output_count; ++o) {
+            for (std::size_t c = 0; c < l.outputs; ++c) {
+                const float got = whole.values[o * l.outputs + c], in_part = part.values[o * l.outputs + c];
+                same = same && in_part == (is_chosen[o] ? got : untouched);
+                if (c % 5 != o % 5) continue;  // a fifth of the values is enough
+                bool is_masked = false;
+                const value_and_scale expected = by_definition(g, centres[o], l, tensors, c, is_partial, is_masked);
+                near = near && std::abs(double{got} - expected.value) <= 1e-5 * expected.scale;
+                if (is_partial) same = same && whole.mask[o] == (is_masked ? 0 : 1);
+            }
+            if (is_partial) same = same && part.mask[o] == (is_chosen[o] ? whole.mask[o] : 99);
+        }
+        INFO("instruction set " << std::string(to_string(target)));
+        REQUIRE(near);
+        REQUIRE(same);
+    }
+}
+
+indices all_pixels(const graph& g) {
+    indices pixels(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i) pixels[i] = static_cast<std::int32_t>(i);
+    return pixels;
+}
+}  // namespace
+
+TEST_CASE("a convolution sums over the explored window, on any graph, with any kernel, stride and number of channels") {
+    testing::for_random_graphs(40, 600, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const layer l =
+            random_layer(random, 1 + 2 * testing::below(random, 4), some_channels(random, 9), some_channels(random, 50));
+        const std::vector<tensor> tensors{{random_floats(random, g.size() * l.inputs), l.inputs, {}, {}}};
+        if (testing::chance(random, 50)) {
+            check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, false, random);
+        } else {
+            const coarsened coarse = coarsen(g);
+            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse), coarse.kept, l, tensors, false, random);
+        }
+    });
+}
+
+TEST_CASE("a partial convolution is scaled by what is not masked, over all sources and their channels") {
+    testing::for_random_graphs(41, 600, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const coarsened coarse = coarsen(g);
+        std::vector<tensor> tensors;
+        if (testing::chance(random, 60)) {  // what lies above, upsampled
+            const std::size_t channels = some_channels(random, 7), count = coarse.kept.size();
+            tensors.push_back({random_floats(random, count * channels), channels, parents_in_group(g, coarse), {}});
+            if (testing::chance(random, 50)) tensors.back().mask = random_mask(random, count);
+        }
+        const std::size_t channels = some_channels(random, 7);
+        tensors.push_back({random_floats(random, g.size() * channels), channels, {}, {}});
+        if (testing::chance(random, 50)) tensors.back().mask = random_mask(random, g.size());
+
+        std::size_t inputs = 0;
+        for (const tensor& t : tensors) inputs += t.channels;
+        const layer l = random_layer(random, 1 + 2 * testing::below(random, 4), inputs, some_channels(random, 50));
+        if (testing::chance(random, 70))
+            check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, true, random);
+        else
+            check_everywhere(g, plan_convolution(g, l.kernel_size, coarse), coarse.kept, l, tensors, true, random);
+    });
+}
+
+TEST_CASE("on an image a convolution is that of images, zero beyond the border") {
+    const std::int32_t width = 70, height = 21;
+    std::mt19937 random(42);
+    const graph g = make_grid(width, height);
+    for (const std::int32_t k : {3, 5, 7}) {
+        const layer l = random_layer(random, k, 6, 20);
+        const tensor t{random_floats(random, g.size() * 6), 6, {}, {}};
+        for (const isa target : ldi_test::available_isas()) {
+            const floats result = run(plan_convolution(g, k), packed(l, target), {t}, false).values;
+            double worst = 0;
+            for (std::int32_t y = 0; y < height; ++y)
+                for (std::int32_t x = 0; x < width; ++x)
+                    for (std::size_t o = 0; o < l.outputs; o += 3) {
+                        double sum = double{l.bias[o]};
+                        for (std::int32_t r = 0; r < k; ++r)
+                            for (std::int32_t c = 0; c < k; ++c) {
+                                const std::int32_t sx = x + c - k / 2, sy = y + r - k / 2;
+                                if (sx < 0 || sx >= width || sy < 0 || sy >= height) continue;
+                                for (std::size_t i = 0; i < 6; ++i)
+                                    sum += double{l.weights[(o * 6 + i) * static_cast<std::size_t>(k * k) +
+                                                            static_cast<std::size_t>(r * k + c)]} *
+                                           double{t.values[static_cast<std::size_t>(sy * width + sx) * 6 + i]};
+                            }
+                        if (sum < 0) sum *= double{l.negative_slope};
+                        worst = std::max(worst, std::abs(sum - double{result[static_cast<std::size_t>(y * width + x) * 20 + o]}));
+                    }
+            CHECK(worst < 1e-5 * k * k);
+        }
+    }
+}
+
+TEST_CASE("the bits of a result depend neither on the threads nor on what surrounds a window") {
+    std::mt19937 random(43);
+    const graph g = make_grid(400, 60);
+    graph cut = g;  // the silhouettes make all pixels beside them irregular, and change few windows
+    for (std::int32_t i = 0; i < 400 * 60; i += 5) cut.unlink(i, side::left), cut.unlink(i + 2, side::up);
+    const layer l = random_layer(random, 5, 11, 37);
+    const tensor t{random_floats(random, g.size() * 11), 11, {}, {}};
+    const convolution_source source = t.source();
+    for (const isa target : ldi_test::available_isas()) {
+        const conv_f32_weights weights = packed(l, target);
+        const convolution_plan plan = plan_convolution(g, 5), cut_plan = plan_convolution(cut, 5);
+        CHECK(cut_plan.irregular.size() == g.size());
+        floats serial(g.size() * 37), parallel(g.size() * 37), gathered(g.size() * 37);
+        serial_executor one;
+        thread_pool three(3);
+        convolve(plan, weights, std::span(&source, 1), serial, one);
+        convolve(plan, weights, std::span(&source, 1), parallel, three);
+        convolve(cut_plan, weights, std::span(&source, 1), gathered, one);
+        CHECK(serial == parallel);
+        indices a(25), b(25);
+        bool same = true;
+        std::size_t compared = 0;
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
+            gather_window(g, i, 5, a), gather_window(cut, i, 5, b);
+            if (a != b) continue;
+            ++compared;
+            const auto at = static_cast<std::ptrdiff_t>(i) * 37;
+            same = same && std::equal(serial.begin() + at, serial.begin() + at + 37, gathered.begin() + at);
+        }
+        CHECK(compared > 1000);
+        CHECK(same);
+    }
+}
+
+TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
+    const graph g = make_grid(9, 9);
+    const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
+    tensor t{floats(81, 3.0F), 1, {}, std::vector<std::uint8_t>(81, 0)};
+    t.mask[40] = 1;
+    const outcome result = run(plan_convolution(g, 3), packed(l, best_isa()), {t}, true);
+    CHECK(result.values[0] == 0.0F);
+    CHECK(result.values[1] == 0.0F);
+    CHECK(result.mask[0] == 0);
+    CHECK(result.values[2 * 40] == 3.0F * 9.0F + 5.0F);
+    CHECK(result.mask[30] == 1);
+    CHECK(std::count(result.mask.begin(), result.mask.end(), 1) == 9);
+}
