@@ -1943,6 +1943,166 @@ image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t r
 
 }  // namespace ldi
 
+// ---- ldi/kernels/detail/aligned_vector.hpp
+// A vector whose first value lies on a cache line, so that no load of packed weights straddles two.
+
+#include <new>
+
+namespace ldi::detail {
+
+inline constexpr std::size_t cache_line = 64;
+
+template <class T>
+struct aligned_allocator {
+    using value_type = T;
+
+    aligned_allocator() = default;
+    template <class Other>
+    aligned_allocator(const aligned_allocator<Other>&) {}
+
+    T* allocate(std::size_t count) { return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{cache_line})); }
+    void deallocate(T* values, std::size_t) { ::operator delete (values, std::align_val_t{cache_line}); }
+
+    friend bool operator==(const aligned_allocator&, const aligned_allocator&) { return true; }
+};
+
+template <class T>
+using aligned_vector = std::vector<T, aligned_allocator<T>>;
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_f32_weights.hpp
+// The packed weights of kernels/conv_f32.hpp, and what packing has in common on all instruction sets.
+
+namespace ldi {
+
+/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
+struct activation {
+    float negative_slope;  ///< 0 to 1
+};
+inline constexpr activation no_activation{1.0F};
+inline constexpr activation relu{0.0F};
+constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+
+/// The weights of one layer in the order that conv_f32() reads them. Only pack_conv_f32() makes sound ones.
+struct conv_f32_weights {
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    detail::aligned_vector<float> values;
+    detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
+};
+
+namespace detail {
+
+/// Appends the weights of `lanes` outputs from `first` on, and their bias: row by row, input by input, the outputs side by side;
+/// zeros behind the last output.
+///
+/// weights  outputs x rows x inputs, row-major
+inline void append_conv_f32_panel(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                                  std::size_t first, std::size_t lanes) {
+    const std::size_t inputs = packed.rows * packed.inputs;
+    for (std::size_t i = 0; i < inputs; ++i)
+        for (std::size_t o = first; o < first + lanes; ++o)
+            packed.values.push_back(o < packed.outputs ? weights[o * inputs + i] : 0.0F);
+    for (std::size_t o = first; o < first + lanes; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/conv_f32_scalar.hpp
+// kernels/conv_f32.hpp in portable C++.
+
+namespace ldi::scalar {
+
+/// Outputs that lie side by side in memory. Compilers make vectors of them.
+inline constexpr std::size_t conv_panel = 8;
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    for (std::size_t o = 0; o < packed.outputs; o += conv_panel)
+        detail::append_conv_f32_panel(packed, weights, bias, o, conv_panel);
+}
+
+/// The sums of `pixels` pixels with one panel of weights.
+template <std::size_t pixels>
+inline void conv_f32_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
+                          std::size_t first_output, const float* ratios, float* result) {
+    float sums[pixels][conv_panel] = {};
+    const float* values = weights.values.data() + first_output * weights.rows * weights.inputs;
+    for (std::size_t r = 0; r < weights.rows; ++r) {
+        const float* const input = rows[r] + offset;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const float x = input[p * pixel_stride + i];
+                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] += x * values[o];
+            }
+    }
+    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) {
+            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
+            const float value = sums[p][o] * ratio + weights.bias[first_output + o];
+            result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
+        }
+}
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    constexpr std::size_t tile = 4;
+    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
+    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile)
+            conv_f32_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+        for (; p < pixels; ++p)
+            conv_f32_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+    }
+}
+
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_f32.hpp
+// k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
+// side. This header is the contract of the family; one file for each instruction set implements it.
+//
+// Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
+// has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
+// addition.
+
+namespace ldi {
+
+/// weights  outputs x rows x inputs, row-major, finite
+/// bias     outputs
+/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
+inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
+                                      activation after) {
+    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
+    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    conv_f32_weights packed;
+    packed.target = target;
+    packed.rows = rows;
+    packed.inputs = weights.size() / (bias.size() * rows);
+    packed.outputs = bias.size();
+    packed.negative_slope = after.negative_slope;
+    packed.target = isa::scalar;
+    scalar::pack_conv_f32(packed, weights, bias);
+    return packed;
+}
+
+/// result = activation(sum of weight * input * ratio + bias)
+///
+/// rows          where the first pixel's stretches of `inputs` values begin
+/// pixel_stride  values from a pixel's stretches to the next pixel's
+/// ratios        one a pixel; nullptr for 1
+/// result        pixels x outputs, row-major; must not overlap the input
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/detail/depthwise_columns.hpp
 // Which columns of the stored rows a piece of a depthwise convolution's result reads.
 
@@ -1972,34 +2132,6 @@ struct depthwise_columns {
         slots = column(end) - first_column + 1;
     }
 };
-
-}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/aligned_vector.hpp
-// A vector whose first value lies on a cache line, so that no load of packed weights straddles two.
-
-#include <new>
-
-namespace ldi::detail {
-
-inline constexpr std::size_t cache_line = 64;
-
-template <class T>
-struct aligned_allocator {
-    using value_type = T;
-
-    aligned_allocator() = default;
-    template <class Other>
-    aligned_allocator(const aligned_allocator<Other>&) {}
-
-    T* allocate(std::size_t count) { return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{cache_line})); }
-    void deallocate(T* values, std::size_t) { ::operator delete (values, std::align_val_t{cache_line}); }
-
-    friend bool operator==(const aligned_allocator&, const aligned_allocator&) { return true; }
-};
-
-template <class T>
-using aligned_vector = std::vector<T, aligned_allocator<T>>;
 
 }  // namespace ldi::detail
 
@@ -3072,6 +3204,582 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 }  // namespace ldi
 
+// ---- ldi/nn/detail/regular_pixels.hpp
+// Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
+
+#include <bit>
+
+namespace ldi::detail {
+
+/// One bit for each pixel. Bits outside are zero.
+class pixel_bits {
+public:
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
+
+    std::size_t word_count() const { return words_.size() - 2; }
+    std::uint64_t& word(std::size_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::size_t index) const { return words_[index + 1]; }
+
+    bool operator[](std::size_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
+
+    /// Bits i to i + 63; i from -64 to the last pixel.
+    std::uint64_t from(std::ptrdiff_t i) const {
+        const std::size_t at = static_cast<std::size_t>(i + 64), shift = at % 64;
+        const std::uint64_t low = words_[at / 64] >> shift;
+        return shift == 0 ? low : low | words_[at / 64 + 1] << (64 - shift);
+    }
+
+    /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
+    void copy(std::size_t first, std::size_t count, const pixel_bits& source, std::size_t source_first) {
+        for (const std::size_t last = first + count; first < last;) {
+            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+            const std::uint64_t bits = source.from(static_cast<std::ptrdiff_t>(source_first)) & ones(here);
+            word(first / 64) |= bits << (first % 64);
+            first += here, source_first += here;
+        }
+    }
+
+    void set(std::size_t first, std::size_t count, bool value) {
+        for (const std::size_t last = first + count; first < last;) {
+            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+            const std::uint64_t bits = ones(here) << (first % 64);
+            word(first / 64) = value ? word(first / 64) | bits : word(first / 64) & ~bits;
+            first += here;
+        }
+    }
+
+    void keep_common(const pixel_bits& other) {
+        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
+    }
+
+private:
+    static std::uint64_t ones(std::size_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+
+    std::vector<std::uint64_t> words_;
+};
+
+/// Pixels first, first + 1, ... whose neighbours on one side are target, target + 1, ...
+struct pixel_strip {
+    std::int32_t first, count, target;
+};
+
+/// All pixels that have a neighbour in the column `links`, in as few strips as can be.
+inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
+    std::vector<pixel_strip> strips;
+    for (std::size_t i = 0; i < links.size();) {
+        if (links[i] == no_pixel) {
+            ++i;
+            continue;
+        }
+        const std::size_t first = i++;
+        while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
+        strips.push_back({static_cast<std::int32_t>(first), static_cast<std::int32_t>(i - first), links[first]});
+    }
+    return strips;
+}
+
+/// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
+/// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
+/// whatever other links there are.
+///
+/// Proof. An element (x, y) of the window, seen from the centre, is reached along spine and rib in |x| + |y| steps, and in fewer
+/// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
+/// and each holds its rib's pixel: those above the centre, farthest up first; those below, farthest down first; then (-d, 0) and
+/// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
+/// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
+/// do: the next one on the rib, towards the spine, and the one nearer to the centre's row, (x, y -+ 1). Of the two the rib's lies
+/// farther from the centre's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
+/// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
+/// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
+/// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
+/// + 1.
+///
+/// Links beside spine and ribs play no part, so a fold or a silhouette there changes nothing. Some other windows are their rows
+/// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
+class regular_pixels {
+public:
+    regular_pixels(const graph& g, std::int32_t kernel_size)
+        : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        pixel_bits has_right(g.size());  // the right neighbour lies next in memory
+        for (const pixel_strip& strip : strips_of(g.right))
+            if (strip.target == strip.first + 1)
+                has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
+        goes_on_ = has_right;
+        regular_.set(0, g.size(), true);
+        const std::ptrdiff_t r = static_cast<std::ptrdiff_t>(radius_);
+        for (std::size_t w = 0; w < regular_.word_count(); ++w)
+            for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
+        const pixel_bits ribs = regular_;
+        for (const side s : {side::up, side::down}) follow(s, ribs);
+    }
+
+    bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
+
+    /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
+    /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
+    template <class Visit>
+    void for_each_segment(Visit&& visit) {
+        std::vector<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
+        for (std::size_t w = 0; w < regular_.word_count(); ++w) {
+            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(w * 64);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
+        }
+        for (std::size_t s = 0; s < firsts.size(); ++s) {
+            rows[radius_] = firsts[s];
+            for (std::size_t n = 1; n <= radius_; ++n) {
+                rows[radius_ - n] = g_.neighbour(rows[radius_ - n + 1], side::up);
+                rows[radius_ + n] = g_.neighbour(rows[radius_ + n - 1], side::down);
+            }
+            const std::int32_t count = lasts[s] - firsts[s] + 1;
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows)))
+                regular_.set(static_cast<std::size_t>(firsts[s]), static_cast<std::size_t>(count), false);
+        }
+    }
+
+    /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
+    template <class Visit>
+    void for_each_other(Visit&& visit) const {
+        std::vector<std::int32_t> pixels;
+        for (std::size_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (const std::int32_t pixel : pixels)
+            if (static_cast<std::size_t>(pixel) < g_.size()) visit(pixel);
+    }
+
+private:
+    static void append_set_bits(std::uint64_t bits, std::size_t word, std::vector<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1)
+            pixels.push_back(static_cast<std::int32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits))));
+    }
+
+    /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
+    void follow(side s, const pixel_bits& ribs) {
+        const std::vector<pixel_strip> strips = strips_of(g_.neighbours(s));
+        pixel_bits with_rib = ribs, side_by_side(g_.size());
+        for (const pixel_strip& strip : strips)
+            side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
+        for (std::size_t n = 1; n <= radius_; ++n) {
+            with_rib = as_seen_from_neighbours(with_rib, strips);
+            regular_.keep_common(with_rib);
+            if (n > 1) side_by_side = as_seen_from_neighbours(side_by_side, strips);
+            goes_on_.keep_common(side_by_side);
+        }
+    }
+
+    /// At each pixel the bit of its neighbour, zero where there is none.
+    pixel_bits as_seen_from_neighbours(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
+        pixel_bits seen(g_.size());
+        for (const pixel_strip& strip : strips)
+            seen.copy(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), bits,
+                      static_cast<std::size_t>(strip.target));
+        return seen;
+    }
+
+private:
+    std::size_t radius_;
+    const graph& g_;
+    pixel_bits regular_, goes_on_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/nn/convolution_plan.hpp
+// Where a k x k convolution on a layered depth image finds its inputs. Most of an LDI is ordinary image rows, and a window there
+// is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
+// which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
+
+namespace ldi {
+
+/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
+/// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
+struct convolution_plan {
+    /// Outputs first, first + 1, ... whose windows are ordinary: with row r of segment s, `rows[s * kernel_size + r]`, row r of
+    /// the window of output first + i is the kernel_size pixels round the pixel `row + stride * i`.
+    struct segment {
+        std::int32_t first, count;
+    };
+
+    std::int32_t kernel_size = 1, stride = 1;
+    std::size_t input_count = 0;          ///< pixels of the graph
+    std::size_t output_count = 0;         ///< pixels of the graph, or of the coarse graph
+    std::vector<segment> segments;        ///< ascending
+    std::vector<std::int32_t> rows;       ///< segments x kernel_size
+    std::vector<std::int32_t> irregular;  ///< outputs, ascending
+    std::vector<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
+
+    /// Elements of a window.
+    std::size_t elements() const { return static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size); }
+
+    /// Memory held.
+    std::size_t bytes() const {
+        return segments.capacity() * sizeof(segment) +
+               (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
+    }
+};
+
+namespace detail {
+
+/// Segments of fewer outputs are not worth a call of their own: gathered, they share tiles with others.
+inline constexpr std::int32_t shortest_segment = 4;
+
+inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
+                        std::int32_t shift) {
+    plan.segments.push_back(s);
+    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
+}
+
+inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t output, std::int32_t pixel) {
+    plan.irregular.push_back(output);
+    plan.windows.resize(plan.windows.size() + plan.elements());
+    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+}
+
+}  // namespace detail
+
+/// kernel_size  odd, 1 to largest_kernel_size
+///
+/// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    detail::regular_pixels regular(g, kernel_size);
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < detail::shortest_segment) return false;
+        detail::add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { detail::add_irregular(plan, g, pixel, pixel); });
+    return plan;
+}
+
+/// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    detail::regular_pixels regular(g, kernel_size);
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        const std::size_t i = static_cast<std::size_t>(first);
+        if (g.y[i] % 2 != 0) return true;
+        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (kept < detail::shortest_segment) return false;
+        // The kept pixels of a run follow each other in the coarse graph.
+        detail::add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        return true;
+    });
+    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
+        if (!regular.contains(coarse.kept[o])) detail::add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    return plan;
+}
+
+/// The same plan for some outputs only.
+///
+/// outputs  ascending, each of them an output of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size), elements = plan.elements();
+    convolution_plan result;
+    result.kernel_size = plan.kernel_size, result.stride = plan.stride;
+    result.input_count = plan.input_count, result.output_count = plan.output_count;
+    std::size_t s = 0, irregular = 0;
+    for (std::size_t i = 0; i < outputs.size();) {
+        const std::int32_t output = outputs[i];
+        while (s < plan.segments.size() && plan.segments[s].first + plan.segments[s].count <= output) ++s;
+        if (s == plan.segments.size() || plan.segments[s].first > output) {
+            while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
+            LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
+            result.irregular.push_back(output);
+            const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(irregular * elements);
+            result.windows.insert(result.windows.end(), window, window + static_cast<std::ptrdiff_t>(elements));
+            ++i;
+            continue;
+        }
+        const convolution_plan::segment from = plan.segments[s];
+        std::size_t last = i + 1;
+        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
+        const std::span<const std::int32_t> rows = std::span(plan.rows).subspan(s * k, k);
+        if (count >= detail::shortest_segment)
+            detail::add_segment(result, {output, count}, rows, shift);
+        else
+            for (std::int32_t o = 0; o < count; ++o) {
+                result.irregular.push_back(output + o);
+                for (const std::int32_t row : rows)
+                    for (std::int32_t x = 0; x < plan.kernel_size; ++x)
+                        result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
+            }
+        i = last;
+    }
+    return result;
+}
+
+/// The pixels that lie in some window of the plan, ascending: what must be known to compute its outputs.
+inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    std::vector<std::uint8_t> needed(plan.input_count, 0);
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
+    for (std::size_t s = 0; s < plan.segments.size(); ++s)
+        for (std::size_t r = 0; r < k; ++r) {
+            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            const std::int32_t step = plan.kernel_size == 1 ? plan.stride : 1;
+            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
+            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
+            for (std::int32_t i = 0; i < count; i += step) needed[static_cast<std::size_t>(first + i)] = 1;
+        }
+    for (const std::int32_t pixel : plan.windows)
+        if (pixel != no_pixel) needed[static_cast<std::size_t>(pixel)] = 1;
+    std::vector<std::int32_t> pixels;
+    for (std::size_t i = 0; i < needed.size(); ++i)
+        if (needed[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    return pixels;
+}
+
+}  // namespace ldi
+
+// ---- ldi/nn/detail/convolution_block.hpp
+// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
+// together in a small buffer; both by the same kernel, which adds in the same order.
+
+namespace ldi {
+
+/// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
+struct convolution_source {
+    std::span<const float> values;  ///< rows x channels
+    std::size_t channels = 0;
+    std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
+    std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+
+    /// The row of a pixel that counts, or no_pixel.
+    std::int32_t row_of(std::int32_t pixel) const {
+        if (pixel == no_pixel) return no_pixel;
+        const std::int32_t row = rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
+        if (row == no_pixel || mask.empty() || mask[static_cast<std::size_t>(row)] != 0) return row;
+        return no_pixel;
+    }
+};
+
+namespace detail {
+
+/// What stays the same for all blocks of a convolution.
+struct convolution_job {
+    const convolution_plan& plan;
+    const conv_f32_weights& weights;
+    std::span<const convolution_source> sources;
+    bool is_partial;
+    std::span<float> result;
+    std::span<std::uint8_t> result_mask;
+    std::size_t channels;
+
+    bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
+};
+
+/// Copies what a pixel holds, and returns how many of its channels count.
+inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::int32_t pixel, float* to) {
+    std::size_t counted = 0;
+    for (const convolution_source& source : sources) {
+        const std::int32_t row = source.row_of(pixel);
+        if (row == no_pixel) {
+            std::fill_n(to, source.channels, 0.0F);
+        } else {
+            std::copy_n(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
+            counted += source.channels;
+        }
+        to += source.channels;
+    }
+    return counted;
+}
+
+/// The working memory of a thread.
+class convolution_block {
+public:
+    explicit convolution_block(const convolution_job& job) : job_(job) {
+        const std::size_t window = job.plan.elements() * job.channels;
+        batch_ = std::clamp<std::size_t>(largest_buffer / window, smallest_batch, largest_batch);
+        stretch_ = std::max<std::size_t>(largest_buffer / (k() * job.channels), smallest_batch);
+        const std::size_t stretch_pixels = stride() * stretch_ + k();
+        values_.resize(std::max(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
+        results_.resize(batch_ * job.weights.outputs);
+        ratios_.resize(std::max(batch_, stretch_));
+        counts_.resize(stretch_pixels);
+    }
+
+    /// Computes those of the outputs [first, last) that are in the plan.
+    void run(std::int32_t first, std::int32_t last) {
+        const convolution_plan& plan = job_.plan;
+        auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
+                                      [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
+        for (; s != plan.segments.end() && s->first < last; ++s) {
+            const std::int32_t from = std::max(first, s->first), to = std::min(last, s->first + s->count);
+            std::array<std::int32_t, largest_kernel_size> rows{};
+            const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
+            for (std::size_t r = 0; r < k(); ++r)
+                rows[r] = plan.rows[at + r] + plan.stride * (from - s->first) - plan.kernel_size / 2;
+            run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
+        }
+        const auto begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
+        const auto end = std::lower_bound(begin, plan.irregular.end(), last);
+        const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
+        for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
+            run_irregular(i, std::min(batch_, end_index - i));
+    }
+
+private:
+    static constexpr std::size_t largest_buffer = 8192, smallest_batch = 24, largest_batch = 96;  // floats; outputs
+
+    std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
+    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
+    float* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+
+    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    void run_segment(std::size_t output, std::size_t count, const std::array<std::int32_t, largest_kernel_size>& rows) {
+        std::array<const float*, largest_kernel_size> starts{};
+        if (job_.reads_memory_as_it_is()) {
+            for (std::size_t r = 0; r < k(); ++r)
+                starts[r] = job_.sources[0].values.data() + static_cast<std::size_t>(rows[r]) * job_.channels;
+            conv_f32(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
+            if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
+            return;
+        }
+        for (std::size_t done = 0; done < count; done += stretch_) {
+            const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
+            std::fill_n(counts_.begin(), pixels, std::size_t{0});
+            float* to = values_.data();
+            for (std::size_t r = 0; r < k(); ++r) {
+                starts[r] = to;
+                for (std::size_t p = 0; p < pixels; ++p, to += job_.channels)
+                    counts_[p] += copy_pixel(job_.sources, rows[r] + static_cast<std::int32_t>(stride() * done + p), to);
+            }
+            for (std::size_t o = 0; o < here; ++o) {
+                std::size_t counted = 0;
+                for (std::size_t x = 0; x < k(); ++x) counted += counts_[stride() * o + x];
+                ratios_[o] = ratio(counted);
+            }
+            conv_f32(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
+            for (std::size_t o = 0; o < here; ++o) finish(output + done + o, ratios_[o]);
+        }
+    }
+
+    /// Irregular outputs first, first + 1, ... of the plan.
+    void run_irregular(std::size_t first, std::size_t count) {
+        const std::size_t elements = job_.plan.elements();
+        float* to = values_.data();
+        for (std::size_t o = 0; o < count; ++o) {
+            std::size_t counted = 0;
+            for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
+                counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
+            ratios_[o] = ratio(counted);
+        }
+        std::array<const float*, largest_kernel_size> starts{};
+        for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
+        conv_f32(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
+        const std::size_t outputs = job_.weights.outputs;
+        for (std::size_t o = 0; o < count; ++o) {
+            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
+            std::copy_n(results_.data() + o * outputs, outputs, result_of(output));
+            finish(output, ratios_[o]);
+        }
+    }
+
+    const float* ratios() const { return job_.is_partial ? ratios_.data() : nullptr; }
+
+    float ratio(std::size_t counted) const {
+        return counted == 0 ? 0.0F : static_cast<float>(job_.plan.elements() * job_.channels) / static_cast<float>(counted);
+    }
+
+    /// Where the whole window is masked, not even the bias is left.
+    void finish(std::size_t output, float ratio) const {
+        if (!job_.is_partial) return;
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, 0.0F);
+        if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
+    }
+
+    const convolution_job& job_;
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
+    std::vector<float> values_, results_, ratios_;
+    std::vector<std::size_t> counts_;  // channels that count in a column of a segment's rows
+};
+
+template <executor Executor>
+void run_convolution(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
+                     bool is_partial, std::span<float> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+    std::size_t channels = 0;
+    for (const convolution_source& source : sources) {
+        LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
+        LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
+        LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        channels += source.channels;
+    }
+    LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
+    LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
+    LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
+    const convolution_job job{plan, weights, sources, is_partial, result, result_mask, channels};
+
+    // A block's gathered outputs follow its segments before their inputs have left the cache.
+    constexpr std::size_t block = 4096;
+    parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
+        convolution_block thread(job);
+        for (std::size_t b = first; b < last; ++b)
+            thread.run(static_cast<std::int32_t>(b * block),
+                       static_cast<std::int32_t>(std::min((b + 1) * block, plan.output_count)));
+    });
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/nn/ldi_convolution.hpp
+// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
+// after Liu et al., ECCV 2018). Values are float32 tensors of pixels x channels, row-major, pixels in the graph's order.
+
+namespace ldi {
+
+/// Weights as PyTorch stores them, in the order that conv_f32() reads.
+///
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalisation folded in
+/// bias     outputs
+/// inputs   channels; where a convolution reads several sources, of all of them, one after the other
+inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                         std::int32_t kernel_size, activation after) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size), elements = k * k;
+    LDI_ASSERT(!bias.empty() && weights.size() % (bias.size() * elements) == 0);
+    const std::size_t inputs = weights.size() / (bias.size() * elements);
+    std::vector<float> channels_last(weights.size());
+    for (std::size_t o = 0; o < bias.size(); ++o)
+        for (std::size_t c = 0; c < inputs; ++c)
+            for (std::size_t e = 0; e < elements; ++e)
+                channels_last[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
+    return pack_conv_f32(target, channels_last, bias, k, after);
+}
+
+/// result = activation(weights * window + bias); what does not exist counts as zero.
+///
+/// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
+/// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
+/// a source
+///
+/// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
+template <executor Executor>
+void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
+              std::span<float> result, Executor& threads) {
+    for (const convolution_source& source : sources) LDI_ASSERT(source.mask.empty());
+    detail::run_convolution(plan, weights, sources, false, result, {}, threads);
+}
+
+/// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
+///
+/// Where a pixel does not exist, or its row is no_pixel, or its mask is 0, its channels count as masked. The sum runs over all
+/// channels of all sources: a pixel counts C of a source's channels where that source has it. Without masks this is partial
+/// convolution by existence.
+///
+/// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+template <executor Executor>
+void convolve_partially(const convolution_plan& plan, const conv_f32_weights& weights,
+                        std::span<const convolution_source> sources, std::span<float> result, std::span<std::uint8_t> result_mask,
+                        Executor& threads) {
+    detail::run_convolution(plan, weights, sources, true, result, result_mask, threads);
+}
+
+}  // namespace ldi
+
 // ---- ldi/nn/network_description.hpp
 // A quantised network as plain data, between the reader of a file format (networks/caffe2.hpp) and what runs it
 // (nn/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
@@ -4055,6 +4763,43 @@ private:
     std::vector<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
+
+}  // namespace ldi
+
+// ---- ldi/nn/upsample.hpp
+// Nearest upsampling on layered depth images: which coarse pixel lies above each pixel (paper, section "Mapping the PConv Network
+// to LDI", Upscaling). Convolutions read through this map, see convolution_source; nothing need be written out.
+
+namespace ldi {
+
+/// For each pixel of `g` the coarse pixel at the even/even corner of its own 2 x 2 group, or no_pixel where links inside the
+/// group lead to none. coarsened::parent is the same with those filled in from their surroundings.
+///
+/// coarse  coarsen(g)
+inline std::vector<std::int32_t> parents_in_group(const graph& g, const coarsened& coarse) {
+    std::vector<std::int32_t> parents(g.size(), no_pixel);
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
+        if (corner != no_pixel) parents[i] = coarse.parent[static_cast<std::size_t>(corner)];
+    }
+    return parents;
+}
+
+/// The rows that some pixels take their values from, ascending, each once.
+///
+/// pixels  any, indices into `rows`
+/// rows    for each pixel its row, or no_pixel
+inline std::vector<std::int32_t> needed_rows(std::span<const std::int32_t> pixels, std::span<const std::int32_t> rows,
+                                             std::size_t row_count) {
+    std::vector<std::uint8_t> needed(row_count, 0);
+    for (const std::int32_t pixel : pixels)
+        if (rows[static_cast<std::size_t>(pixel)] != no_pixel)
+            needed[static_cast<std::size_t>(rows[static_cast<std::size_t>(pixel)])] = 1;
+    std::vector<std::int32_t> result;
+    for (std::size_t i = 0; i < row_count; ++i)
+        if (needed[i] != 0) result.push_back(static_cast<std::int32_t>(i));
+    return result;
+}
 
 }  // namespace ldi
 
