@@ -1276,6 +1276,13 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
+// AMX: 64 bits only, and Linux alone has a way of asking for its registers.
+#if LDI_HAS_X86_KERNELS && defined(__x86_64__) && defined(__linux__)
+#define LDI_HAS_AMX_KERNELS 1
+#else
+#define LDI_HAS_AMX_KERNELS 0
+#endif
+
 #define LDI_PRAGMA(text) _Pragma(#text)
 
 #if defined(__clang__)
@@ -1296,11 +1303,62 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #if LDI_HAS_X86_KERNELS
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
+#define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
+#endif
+
+// ---- ldi/kernels/detail/amx_permission.hpp
+// Whether this program may use AMX: the processor has it, the operating system saves its registers, and Linux grants them to this
+// process, which has to ask for them because they add 8 KiB to what is saved of each thread that uses them.
+
+#if LDI_HAS_AMX_KERNELS
+
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace ldi::detail {
+
+struct cpuid_leaf {
+    std::uint32_t a = 0, b = 0, c = 0, d = 0;
+
+    explicit cpuid_leaf(std::uint32_t leaf, std::uint32_t subleaf = 0) {
+        asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
+    }
+};
+
+/// 8 tiles of 16 rows of 64 bytes, products of bytes, and an operating system that knows of them.
+inline bool processor_has_amx() {
+    constexpr std::uint32_t osxsave = 1U << 27, amx_tile = 1U << 24, amx_int8 = 1U << 25, tile_state = 3U << 17;
+    constexpr std::uint32_t feature_leaf = 7, tile_leaf = 0x1D, multiplier_leaf = 0x1E;
+    if (cpuid_leaf(0).a < multiplier_leaf || (cpuid_leaf(1).c & osxsave) == 0) return false;
+    if ((cpuid_leaf(feature_leaf).d & (amx_tile | amx_int8)) != (amx_tile | amx_int8)) return false;
+    std::uint32_t enabled = 0, upper = 0;
+    asm volatile("xgetbv" : "=a"(enabled), "=d"(upper) : "c"(0));
+    if ((enabled & tile_state) != tile_state || cpuid_leaf(tile_leaf).a < 1) return false;
+    const cpuid_leaf palette(tile_leaf, 1), multiplier(multiplier_leaf);
+    const std::uint32_t row_bytes = palette.b & 0xFFFF, tiles = palette.b >> 16, rows = palette.c & 0xFFFF;
+    const std::uint32_t most_inputs = multiplier.b & 0xFF, most_sum_bytes = multiplier.b >> 8 & 0xFFFF;
+    return row_bytes >= 64 && tiles >= 8 && rows >= 16 && most_inputs >= 16 && most_sum_bytes >= 64;
+}
+
+/// Asks Linux once; what it grants holds for all threads of the process. From then on it refuses alternate signal stacks too
+/// small for the registers (about 11 KiB).
+inline bool may_use_amx() {
+#ifdef SYS_arch_prctl
+    constexpr long request_permission = 0x1023, tile_data = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILE_DATA
+    static const bool granted = processor_has_amx() && syscall(SYS_arch_prctl, request_permission, tile_data) == 0;
+    return granted;
+#else
+    return false;
+#endif
+}
+
+}  // namespace ldi::detail
+
 #endif
 
 // ---- ldi/kernels/isa.hpp
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx) forces one, for tests and benchmarks.
 
 namespace ldi {
 
@@ -1308,10 +1366,11 @@ enum class isa {
     scalar,      ///< portable C++, and the reference in tests
     avx2,        ///< AVX2 and FMA
     avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,    ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
 };
 
 /// Slowest first.
-inline constexpr std::array<isa, 3> all_isas{isa::scalar, isa::avx2, isa::avx512vnni};
+inline constexpr std::array<isa, 4> all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -1319,9 +1378,13 @@ constexpr std::string_view to_string(isa set) {
         case isa::scalar: return "scalar";
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
+        case isa::amx_int8: return "amx";
     }
     return "unknown";
 }
+
+/// The set whose kernels run all but matrix products where this one is chosen.
+constexpr isa without_tiles(isa set) { return set == isa::amx_int8 ? isa::avx512vnni : set; }
 
 /// Whether this processor and operating system run it, and this build of ldi has it.
 inline bool is_available(isa set) {
@@ -1332,9 +1395,11 @@ inline bool is_available(isa set) {
         case isa::avx512vnni:
             return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
-#else
-        default: break;
 #endif
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
+#endif
+        default: break;
     }
     return false;
 }
@@ -1813,7 +1878,7 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 
 /// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
-    add_u8_constants sum{target, exact};
+    add_u8_constants sum{without_tiles(target), exact};
     if (target == isa::scalar) return sum;
     std::vector<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
@@ -2147,7 +2212,7 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;
     float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
@@ -2164,15 +2229,15 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. VNNI multiplies by signed bytes; weights in -127..128 (a
-/// zero point of 127) fit once negated, and the requantisation then takes the sums negated.
+/// The fastest set not beyond `wanted` that is exact for these weights. VNNI and AMX multiply by signed bytes; weights in
+/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
-    if (wanted != isa::avx512vnni) return wanted;
+    if (without_tiles(wanted) != isa::avx512vnni) return wanted;
     const signed_range range = range_of(weights, weight_zero_point);
     if (range.least >= -128 && range.most <= 127) return wanted;
     if (range.least < -127 || range.most > 128) return isa::avx2;
@@ -2658,7 +2723,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     switch (packed.target) {
 #if LDI_HAS_X86_KERNELS
@@ -2691,6 +2756,288 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 }
 
 }  // namespace ldi
+
+// ---- ldi/kernels/detail/gemm_u8_tiles.hpp
+// The matrix product of kernels/gemm_u8_amx.hpp, written over a tile unit: eight registers that each hold up to 16 rows of 64
+// bytes, and an instruction that multiplies two of them and adds the product to a third. The processor's is one; the tests have
+// another in software, which checks what the processor would fault on.
+//
+// A tile of activations is 16 pixels by 64 inputs, read from where they lie; one of weights 64 inputs by 16 outputs; one of sums
+// 16 pixels by 16 outputs. Two tiles of pixels times two of outputs take four products for four loads and fill the eight
+// registers.
+
+namespace ldi::detail {
+
+/// What LDTILECFG reads.
+struct alignas(64) tile_configuration {
+    std::uint8_t palette = 1, first_row = 0;
+    std::uint8_t reserved[14] = {};
+    std::uint16_t row_bytes[16] = {};  ///< palette 1 has 8 tiles; nothing may stand here and in `rows` for more
+    std::uint8_t rows[16] = {};
+};
+static_assert(sizeof(tile_configuration) == 64);
+
+/// The registers: sums of pixel tile 0 and output tiles 0 and 1, of pixel tile 1 and the same; pixels; weights.
+struct tile_names {
+    enum { sums_00, sums_01, sums_10, sums_11, pixels_0, pixels_1, weights_0, weights_1 };
+};
+
+inline constexpr std::size_t tile_rows = 16, tile_row_bytes = 64, tile_outputs = 16, tile_group = 4;
+inline constexpr std::size_t tiled_pixels = 2 * tile_rows, tiled_outputs = 2 * tile_outputs;
+
+/// How one segment's inputs are cut into tiles: all of one size, so that one configuration serves them, the last overlapping the
+/// one before it. What is read of a pixel ends less than 4 bytes behind its inputs.
+struct tile_inputs {
+    std::size_t padded, tiles, bytes;
+
+    explicit tile_inputs(std::size_t inputs)
+        : padded(round_up(inputs)),
+          tiles((padded + tile_row_bytes - 1) / tile_row_bytes),
+          bytes(round_up((padded + tiles - 1) / tiles)) {}
+
+    std::size_t first(std::size_t tile) const { return (std::min)(tile * bytes, padded - bytes); }
+    std::size_t first_new(std::size_t tile) const { return tile * bytes; }  ///< that the tiles before do not hold
+    std::size_t weight_bytes() const { return bytes * tile_outputs; }
+
+private:
+    static std::size_t round_up(std::size_t bytes) { return (bytes + tile_group - 1) / tile_group * tile_group; }
+};
+
+/// Up to two tiles of outputs at a time, segment by segment: tiles of rows of 16 outputs x 4 inputs.
+inline void pack_tiles(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const tile_inputs cut(packed.inputs);
+    const int sign = is_negated(packed.fast) ? -1 : 1;
+    const auto append = [&](std::size_t segment, std::size_t tile, std::size_t first_output) {
+        for (std::size_t group = cut.first(tile); group < cut.first(tile) + cut.bytes; group += tile_group)
+            for (std::size_t o = first_output; o < first_output + tile_outputs; ++o)
+                for (std::size_t i = group; i < group + tile_group; ++i) {
+                    const bool counts = o < packed.outputs && i < packed.inputs && i >= cut.first_new(tile);
+                    const int weight =
+                        counts ? weights[(o * packed.segments + segment) * packed.inputs + i] - int{weight_zero_point} : 0;
+                    packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
+                }
+    };
+    for (std::size_t first = 0; first < packed.outputs; first += tiled_outputs)
+        for (std::size_t segment = 0; segment < packed.segments; ++segment)
+            for (std::size_t tile = 0; tile < cut.tiles; ++tile)
+                for (std::size_t o = first; o < (std::min)(first + tiled_outputs, packed.outputs); o += tile_outputs)
+                    append(segment, tile, o);
+}
+
+/// Sums that wait to be requantised: two tiles of pixels, rows behind rows.
+struct tile_sums {
+    const std::int32_t* values = nullptr;
+    std::size_t rows = 0;           ///< of each of the two tiles
+    std::size_t row_sums = 0;       ///< 16 or 32
+    std::size_t used = 0;           ///< of these sums
+    std::uint8_t* results[2] = {};  ///< of each tile's first pixel
+    std::size_t outputs = 0;        ///< bytes from a pixel's results to the next pixel's
+};
+
+/// One product of kernels/gemm_u8.hpp. A unit has
+///
+///     configure(const tile_configuration&)          before anything else
+///     load<tile>(const void* rows, bytes_between)    bytes_between may be 0
+///     multiply_add<sums, pixels, weights>()          unsigned bytes by signed bytes, four at a time, wrapping around
+///     store<tile>(void* rows, bytes_between)
+///     release()                                      after everything else
+///     requantize(const tile_sums&)                   to 8-bit results; nothing to do with tiles
+template <class Unit>
+class tiled_product {
+public:
+    tiled_product(Unit& unit, const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride)
+        : unit_(unit), weights_(weights), segments_(segments), stride_(pixel_stride), cut_(weights.inputs) {}
+
+    void compute(std::size_t pixels, std::uint8_t* result) {
+        if (pixels == 0) return;
+        // Pixels are shared out evenly to an even number of tiles, the last of which overlaps the one before it by less than
+        // there are tiles. A product takes as long as its pixels have rows, so that smaller tiles cost little.
+        const std::size_t tiles = (pixels + tiled_pixels - 1) / tiled_pixels * 2;
+        const std::size_t rows = (pixels + tiles - 1) / tiles;
+        // Tiles are configured for each product, some tens of cycles for thousands: their shape depends on the layer, and tiles
+        // left in use between products would be saved and restored whenever the system switches threads.
+        unit_.configure(configuration(rows));
+        alignas(cache_line) std::int32_t sums[tiled_pixels * tiled_outputs];
+        tile_sums done;
+        const std::int8_t* values = weights_.narrow.data();
+        for (std::size_t first = 0; first < weights_.outputs; first += tiled_outputs) {
+            const std::size_t used = (std::min)(weights_.outputs - first, tiled_outputs);
+            const bool wide = used > tile_outputs;
+            const std::int32_t* const bias = weights_.bias.data() + first;
+            for (std::size_t tile = 0; tile < tiles; tile += 2) {
+                const std::size_t starts[2] = {(std::min)(tile * rows, pixels - rows),
+                                               (std::min)((tile + 1) * rows, pixels - rows)};
+                wide ? multiply<2>(starts, values, bias) : multiply<1>(starts, values, bias);
+                unit_.requantize(done);  // of the sums before these: the unit multiplies meanwhile
+                wide ? store<2>(sums, rows) : store<1>(sums, rows);
+                done = {sums, rows, wide ? tiled_outputs : tile_outputs, used, {}, weights_.outputs};
+                for (std::size_t i = 0; i < 2; ++i) done.results[i] = result + starts[i] * weights_.outputs + first;
+            }
+            values += weights_.segments * cut_.tiles * cut_.weight_bytes() * (wide ? 2 : 1);
+        }
+        unit_.requantize(done);
+        unit_.release();
+    }
+
+private:
+    using names = tile_names;
+
+    tile_configuration configuration(std::size_t rows) const {
+        tile_configuration made;
+        const auto shape = [&made](std::size_t tile, std::size_t tile_height, std::size_t bytes) {
+            made.rows[tile] = static_cast<std::uint8_t>(tile_height);
+            made.row_bytes[tile] = static_cast<std::uint16_t>(bytes);
+        };
+        for (std::size_t tile : {names::sums_00, names::sums_01, names::sums_10, names::sums_11})
+            shape(tile, rows, tile_row_bytes);
+        for (std::size_t tile : {names::pixels_0, names::pixels_1}) shape(tile, rows, cut_.bytes);
+        for (std::size_t tile : {names::weights_0, names::weights_1}) shape(tile, cut_.bytes / tile_group, tile_row_bytes);
+        return made;
+    }
+
+    template <std::size_t output_tiles>
+    [[gnu::always_inline]] void multiply(const std::size_t (&starts)[2], const std::int8_t* values, const std::int32_t* bias) {
+        unit_.template load<names::sums_00>(bias, 0);  // the same row for every pixel
+        unit_.template load<names::sums_10>(bias, 0);
+        if constexpr (output_tiles == 2) {
+            unit_.template load<names::sums_01>(bias + tile_outputs, 0);
+            unit_.template load<names::sums_11>(bias + tile_outputs, 0);
+        }
+        for (std::size_t s = 0; s < weights_.segments; ++s)
+            for (std::size_t tile = 0; tile < cut_.tiles; ++tile) {
+                const std::uint8_t* const inputs = segments_[s] + cut_.first(tile);
+                unit_.template load<names::pixels_0>(inputs + starts[0] * stride_, stride_);
+                unit_.template load<names::weights_0>(values, tile_row_bytes);
+                unit_.template multiply_add<names::sums_00, names::pixels_0, names::weights_0>();
+                unit_.template load<names::pixels_1>(inputs + starts[1] * stride_, stride_);
+                unit_.template multiply_add<names::sums_10, names::pixels_1, names::weights_0>();
+                values += cut_.weight_bytes();
+                if constexpr (output_tiles == 2) {
+                    unit_.template load<names::weights_1>(values, tile_row_bytes);
+                    unit_.template multiply_add<names::sums_01, names::pixels_0, names::weights_1>();
+                    unit_.template multiply_add<names::sums_11, names::pixels_1, names::weights_1>();
+                    values += cut_.weight_bytes();
+                }
+            }
+    }
+
+    template <std::size_t output_tiles>
+    [[gnu::always_inline]] void store(std::int32_t* sums, std::size_t rows) {
+        constexpr std::size_t row_sums = output_tiles * tile_outputs, row_bytes = row_sums * sizeof(std::int32_t);
+        unit_.template store<names::sums_00>(sums, row_bytes);
+        if constexpr (output_tiles == 2) unit_.template store<names::sums_01>(sums + tile_outputs, row_bytes);
+        unit_.template store<names::sums_10>(sums + rows * row_sums, row_bytes);
+        if constexpr (output_tiles == 2) unit_.template store<names::sums_11>(sums + rows * row_sums + tile_outputs, row_bytes);
+    }
+
+    Unit& unit_;
+    const gemm_u8_weights& weights_;
+    const std::uint8_t* const* segments_;
+    std::size_t stride_;
+    tile_inputs cut_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/gemm_u8_amx.hpp
+// kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
+//
+// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eleven times less than vpdpbusd needs for it. Requantising takes
+// AVX-512 some 3 cycles for 16 sums, 192 for the 64 vectors of four tiles of sums; up to 192 inputs (3 x 64 cycles) it is the
+// longer of the two, and runs while the tile unit multiplies.
+
+#if LDI_HAS_AMX_KERNELS
+
+namespace ldi::amx {
+
+LDI_BEGIN_TARGET(LDI_AMX_FEATURES)
+
+/// The processor's tile unit. The instructions are written out because g++ 12's own functions do not say that they read memory,
+/// and because a tile's number then can be a template argument.
+struct tile_unit {
+    const float_requantization& output;
+
+    void configure(const detail::tile_configuration& shapes) {
+        asm volatile("{ldtilecfg (%0)|ldtilecfg [%0]}" : : "r"(&shapes) : "memory");
+    }
+    void release() { asm volatile("tilerelease" : : : "memory"); }
+
+    template <int tile>
+    void load(const void* rows, std::size_t bytes_between) {
+        asm volatile("{tileloadd (%0,%1,1), %%tmm%c2|tileloadd tmm%c2, [%0+%1*1]}"
+                     :
+                     : "r"(rows), "r"(bytes_between), "i"(tile)
+                     : "memory");
+    }
+    template <int tile>
+    void store(void* rows, std::size_t bytes_between) {
+        asm volatile("{tilestored %%tmm%c2, (%0,%1,1)|tilestored [%0+%1*1], tmm%c2}"
+                     :
+                     : "r"(rows), "r"(bytes_between), "i"(tile)
+                     : "memory");
+    }
+    template <int sums, int pixels, int weights>
+    void multiply_add() {
+        asm volatile("{tdpbusd %%tmm%c2, %%tmm%c1, %%tmm%c0|tdpbusd tmm%c0, tmm%c1, tmm%c2}"
+                     :
+                     : "i"(sums), "i"(pixels), "i"(weights));
+    }
+    void requantize(const detail::tile_sums& sums);
+};
+
+/// 32 sums of each pixel, two pixels at a time.
+inline void requantize_wide(const avx512vnni::requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
+    const std::int32_t* values = sums.values + tile * sums.rows * sums.row_sums;
+    std::uint8_t* result = sums.results[tile];
+    const auto mask = static_cast<__mmask32>(avx512vnni::first_bytes(sums.used));
+    for (std::size_t row = 0; row < sums.rows; row += 2, values += 64, result += 2 * sums.outputs) {
+        const bool has_second = row + 1 < sums.rows;
+        const std::int32_t* const second = has_second ? values + 32 : values;
+        const __m512i bytes = avx512vnni::swap_lanes(
+            requantize.pack_lanes(requantize(_mm512_load_si512(values)), requantize(_mm512_load_si512(values + 16)),
+                                  requantize(_mm512_load_si512(second)), requantize(_mm512_load_si512(second + 16))));
+        _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
+        if (has_second) _mm256_mask_storeu_epi8(result + sums.outputs, mask, _mm512_extracti64x4_epi64(bytes, 1));
+    }
+}
+
+/// 16 sums of each pixel, four pixels at a time; behind the last pixel, the last once more.
+inline void requantize_narrow(const avx512vnni::requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
+    const std::int32_t* const values = sums.values + tile * sums.rows * sums.row_sums;
+    const auto mask = static_cast<__mmask16>(avx512vnni::first_bytes(sums.used));
+    for (std::size_t row = 0; row < sums.rows; row += 4) {
+        const std::size_t last = sums.rows - 1;
+        const std::size_t rows[4] = {row, row + 1 < last ? row + 1 : last, row + 2 < last ? row + 2 : last,
+                                     row + 3 < last ? row + 3 : last};
+        const __m512i bytes = avx512vnni::swap_lanes(requantize.pack_lanes(
+            requantize(_mm512_load_si512(values + 16 * rows[0])), requantize(_mm512_load_si512(values + 16 * rows[1])),
+            requantize(_mm512_load_si512(values + 16 * rows[2])), requantize(_mm512_load_si512(values + 16 * rows[3]))));
+        std::uint8_t* const result = sums.results[tile];
+        _mm_mask_storeu_epi8(result + rows[0] * sums.outputs, mask, _mm512_castsi512_si128(bytes));
+        _mm_mask_storeu_epi8(result + rows[1] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 1));
+        _mm_mask_storeu_epi8(result + rows[2] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 2));
+        _mm_mask_storeu_epi8(result + rows[3] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 3));
+    }
+}
+
+inline void tile_unit::requantize(const detail::tile_sums& sums) {
+    const avx512vnni::requantizer to_bytes(output);
+    for (std::size_t tile = 0; tile < 2 && sums.rows > 0; ++tile)
+        sums.row_sums == 32 ? requantize_wide(to_bytes, sums, tile) : requantize_narrow(to_bytes, sums, tile);
+}
+
+/// Flattened so that the instructions, which only functions of this region may hold, come to stand in the loops of the product.
+[[gnu::flatten]] inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                     std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
+    tile_unit unit{weights.fast};
+    detail::tiled_product(unit, weights, segments, pixel_stride).compute(pixels, result);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::amx
+
+#endif
 
 // ---- ldi/kernels/gemm_u8_avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddwd, which adds two products of 16 bits to each of 8 sums, exactly. (vpmaddubsw multiplies twice
@@ -3162,9 +3509,14 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    // A single output would use one column of a tile's 16.
+    packed.target =
+        detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     switch (packed.target) {
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: detail::pack_tiles(packed, weights, weight_zero_point); break;
+#endif
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
@@ -3180,6 +3532,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     switch (weights.target) {
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: return amx::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);

@@ -82,7 +82,7 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
         const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
             const ldi::gemm_u8_weights packed = p.pack(set);
-            packed_as_asked += packed.target == set;
+            packed_as_asked += packed.target == (p.outputs == 1 ? ldi::without_tiles(set) : set);
             broken += p.compute(packed) != expected;
         }
     }

@@ -39,6 +39,13 @@ TEST_CASE("LDI_ISA forces any instruction set that is available, and empty force
     for (ldi::isa set : ldi::all_isas) CHECK((!ldi::is_available(set) || set <= ldi::best_isa()));
 }
 
+TEST_CASE("AMX is a choice on top of AVX-512 VNNI, and asking for it again gives the same answer") {
+    const bool available = ldi::is_available(ldi::isa::amx_int8);
+    CHECK((!available || ldi::is_available(ldi::isa::avx512vnni)));
+    CHECK(ldi::is_available(ldi::isa::amx_int8) == available);
+    for (ldi::isa set : ldi::all_isas) CHECK(ldi::without_tiles(set) == (set == ldi::isa::amx_int8 ? ldi::isa::avx512vnni : set));
+}
+
 TEST_CASE("LDI_ISA with an unknown name is an error that lists the names") {
     const forced_isa forced("AVX2");
     try {

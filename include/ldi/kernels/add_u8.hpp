@@ -53,7 +53,7 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 
 /// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
-    add_u8_constants sum{target, exact};
+    add_u8_constants sum{without_tiles(target), exact};
     if (target == isa::scalar) return sum;
     std::vector<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)

@@ -28,7 +28,7 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     switch (packed.target) {
 #if LDI_HAS_X86_KERNELS

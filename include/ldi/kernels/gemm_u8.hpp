@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
+#include <ldi/kernels/gemm_u8_amx.hpp>
 #include <ldi/kernels/gemm_u8_avx2.hpp>
 #include <ldi/kernels/gemm_u8_avx512vnni.hpp>
 #include <ldi/kernels/gemm_u8_scalar.hpp>
@@ -32,9 +33,14 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    packed.target = detail::choose_target(target, weights, weight_zero_point, output, packed.fast);
+    // A single output would use one column of a tile's 16.
+    packed.target =
+        detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     switch (packed.target) {
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: detail::pack_tiles(packed, weights, weight_zero_point); break;
+#endif
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
@@ -50,6 +56,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     switch (weights.target) {
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: return amx::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);

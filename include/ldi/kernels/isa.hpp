@@ -1,8 +1,9 @@
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx) forces one, for tests and benchmarks.
 #pragma once
 
 #include <ldi/core/error.hpp>
+#include <ldi/kernels/detail/amx_permission.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #include <array>
@@ -16,10 +17,11 @@ enum class isa {
     scalar,      ///< portable C++, and the reference in tests
     avx2,        ///< AVX2 and FMA
     avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,    ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
 };
 
 /// Slowest first.
-inline constexpr std::array<isa, 3> all_isas{isa::scalar, isa::avx2, isa::avx512vnni};
+inline constexpr std::array<isa, 4> all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -27,9 +29,13 @@ constexpr std::string_view to_string(isa set) {
         case isa::scalar: return "scalar";
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
+        case isa::amx_int8: return "amx";
     }
     return "unknown";
 }
+
+/// The set whose kernels run all but matrix products where this one is chosen.
+constexpr isa without_tiles(isa set) { return set == isa::amx_int8 ? isa::avx512vnni : set; }
 
 /// Whether this processor and operating system run it, and this build of ldi has it.
 inline bool is_available(isa set) {
@@ -40,9 +46,11 @@ inline bool is_available(isa set) {
         case isa::avx512vnni:
             return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
-#else
-        default: break;
 #endif
+#if LDI_HAS_AMX_KERNELS
+        case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
+#endif
+        default: break;
     }
     return false;
 }

@@ -20,7 +20,7 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;
     float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
@@ -37,15 +37,15 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. VNNI multiplies by signed bytes; weights in -127..128 (a
-/// zero point of 127) fit once negated, and the requantisation then takes the sums negated.
+/// The fastest set not beyond `wanted` that is exact for these weights. VNNI and AMX multiply by signed bytes; weights in
+/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
-    if (wanted != isa::avx512vnni) return wanted;
+    if (without_tiles(wanted) != isa::avx512vnni) return wanted;
     const signed_range range = range_of(weights, weight_zero_point);
     if (range.least >= -128 && range.most <= 127) return wanted;
     if (range.least < -127 || range.most > 128) return isa::avx2;

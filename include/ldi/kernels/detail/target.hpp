@@ -11,6 +11,13 @@
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
+// AMX: 64 bits only, and Linux alone has a way of asking for its registers.
+#if LDI_HAS_X86_KERNELS && defined(__x86_64__) && defined(__linux__)
+#define LDI_HAS_AMX_KERNELS 1
+#else
+#define LDI_HAS_AMX_KERNELS 0
+#endif
+
 #define LDI_PRAGMA(text) _Pragma(#text)
 
 #if defined(__clang__)
@@ -31,4 +38,5 @@
 #if LDI_HAS_X86_KERNELS
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
+#define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
 #endif
