@@ -2442,204 +2442,313 @@ LDI_END_TARGET
 // ---- ldi/kernels/depthwise_u8_avx512vnni.hpp
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
-// then each of the three columns of a window is one vpdpbusd for 16 channels. Interleaving 64 channels takes 8 shuffles for 12
-// multiplications; it pays because the sums of a channel need no shuffles any more. The interleaved columns stay in the
-// first-level cache, the 12 vectors of weights in registers.
+// The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
+// of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
+// that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
+// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantise.
 //
-// Two arrangements: with many channels, blocks of 64 channels; with fewer than 64 and stride 1, rows are flat sequences of bytes
-// in which the windows of a whole vector lie `channels` bytes apart, and the weights repeat with the period of both.
+// Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
+// stretches of the row at the same time.
 
 #if LDI_HAS_X86_KERNELS
 
-#include <numeric>
-
 namespace ldi::avx512vnni {
 
-inline constexpr std::size_t depthwise_block = 64, depthwise_slot = 256, depthwise_most_flat_blocks = 8;
+inline constexpr std::size_t depthwise_fewest_channels = 16;  ///< of a unit
 
-inline bool is_flat(const depthwise_u8_weights& weights) {
-    return weights.stride == 1 && weights.channels < depthwise_block &&
-           weights.channels / std::gcd(weights.channels, depthwise_block) <= depthwise_most_flat_blocks;
-}
+/// Some channels of all pixels of a row. The last unit may begin within the one before it, and computes some values once more.
+struct depthwise_unit {
+    std::size_t first, channels;
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return is_flat(weights) ? weights.channels / std::gcd(weights.channels, depthwise_block)
-                            : (weights.channels + depthwise_block - 1) / depthwise_block;
-}
+    /// The unit that comes after the first `done` of `all` channels.
+    depthwise_unit(std::size_t all, std::size_t done) {
+        const std::size_t left = all - done;
+        channels = left > 48 ? 64 : left > 16 ? 32 : 16;
+        while (channels > all && channels > depthwise_fewest_channels) channels /= 2;
+        first = done + channels <= all || all < channels ? done : all - channels;
+    }
+    std::size_t end() const { return first + channels; }
+};
 
-/// The first channel of a block that is not flat: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
-
-/// Block by block, column by column of the window, 4 vectors of 16 channels x 4 rows; in the order in which interleave() leaves
-/// the channels.
+/// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
+/// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    const bool flat = is_flat(packed);
-    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
-        std::size_t channel[depthwise_block];
-        for (std::size_t i = 0; i < depthwise_block; ++i) {
-            const std::size_t vector = i / 16, lane = i % 16 / 4;
-            channel[i] = flat ? (b * depthwise_block + i) % packed.channels
-                              : block_start(packed.channels, b) + lane * 16 + vector * 4 + i % 4;
-        }
+    for (std::size_t done = 0; done < packed.channels;) {
+        const depthwise_unit unit(packed.channels, done);
+        std::size_t channel[64];
+        for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
         for (std::size_t column = 0; column < 3; ++column)
             for (std::size_t c : channel)
                 for (std::size_t row = 0; row < 4; ++row)
                     packed.narrow.push_back(
                         static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * source.weight(c, row * 3 + column) : 0));
         for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        done = unit.end();
     }
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The three rows, at some position of each; a row outside the image is one vector of padding that never moves on.
-struct depthwise_rows {
-    alignas(64) std::uint8_t padding[64];
-    const std::uint8_t* rows[3];
-    std::size_t moves[3];
-
-    depthwise_rows(const std::uint8_t* const from[3], std::uint8_t padding_value) {
-        std::memset(padding, padding_value, sizeof padding);
-        for (int r = 0; r < 3; ++r) {
-            rows[r] = from[r] == nullptr ? padding : from[r];
-            moves[r] = from[r] == nullptr ? 0 : ~std::size_t{0};
-        }
-    }
-    const std::uint8_t* at(int r, std::size_t offset) const { return rows[r] + (offset & moves[r]); }
+/// One column of the window, interleaved, or one sum for each of 64 channels.
+struct depthwise_vectors {
+    __m512i v[4];
 };
 
-/// 64 channels of three rows to 64 x 4 bytes: in order if `ordered`, else as packing four vectors of sums puts them in order.
-template <bool ordered>
-[[gnu::always_inline]] inline void interleave(const depthwise_rows& rows, std::size_t offset, __mmask64 mask, std::uint8_t* to) {
-    __m512i a = _mm512_maskz_loadu_epi8(mask, rows.at(0, offset)), b = _mm512_maskz_loadu_epi8(mask, rows.at(1, offset)),
-            c = _mm512_maskz_loadu_epi8(mask, rows.at(2, offset));
-    if (ordered) a = swap_lanes(a), b = swap_lanes(b), c = swap_lanes(c);
-    const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
-    const __m512i c_low = _mm512_unpacklo_epi8(c, c), c_high = _mm512_unpackhi_epi8(c, c);
-    _mm512_storeu_si512(to, _mm512_unpacklo_epi16(ab_low, c_low));
-    _mm512_storeu_si512(to + 64, _mm512_unpackhi_epi16(ab_low, c_low));
-    _mm512_storeu_si512(to + 128, _mm512_unpacklo_epi16(ab_high, c_high));
-    _mm512_storeu_si512(to + 192, _mm512_unpackhi_epi16(ab_high, c_high));
-}
+/// The 3 rows around the result's at one channel of each of 64 / channels stretches of them.
+template <std::size_t channels>
+struct depthwise_rows {
+    static constexpr std::size_t stretches = 64 / channels;
 
-/// The weights and biases of one block: of each column of the window 4 vectors.
-struct depthwise_block_weights {
-    __m512i columns[12], bias[4];
+    const std::uint8_t* at[3][stretches];
+    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
+    __mmask16 mask;        ///< of the channels that exist, in units of 16
 
-    [[gnu::always_inline]] depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block)
-        : depthwise_block_weights(weights.narrow.data() + block * 12 * 64, weights.bias.data() + block * depthwise_block,
-                                  std::make_index_sequence<12>{}, std::make_index_sequence<4>{}) {}
+    /// 64 bytes of one row.
+    [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
+        const std::size_t moved = offset & moves[row];
+        if constexpr (channels == 64) {
+            return _mm512_loadu_si512(at[row][0] + moved);
+        } else if constexpr (channels == 32) {
+            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][0] + moved)),
+                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][1] + moved));
+            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+        } else {
+            const __m128i a = _mm_maskz_loadu_epi8(mask, at[row][0] + moved), b = _mm_maskz_loadu_epi8(mask, at[row][1] + moved),
+                          c = _mm_maskz_loadu_epi8(mask, at[row][2] + moved), d = _mm_maskz_loadu_epi8(mask, at[row][3] + moved);
+            const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
+                          high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
+            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+        }
+    }
+
+    /// `offset` bytes further on.
+    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
+        const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
+        const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
+        const __m512i c_low = _mm512_unpacklo_epi8(c, c), c_high = _mm512_unpackhi_epi8(c, c);
+        return {{_mm512_unpacklo_epi16(ab_low, c_low), _mm512_unpackhi_epi16(ab_low, c_low),
+                 _mm512_unpacklo_epi16(ab_high, c_high), _mm512_unpackhi_epi16(ab_high, c_high)}};
+    }
+};
+
+/// The weights of one unit and what its incomplete windows have summed up to.
+struct depthwise_sums {
+    __m512i weights[12];
+    const std::int32_t* bias;
+
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
+        : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
+
+    /// sum + this column's products with column `k` of the weights.
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
+                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
+                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+    [[gnu::always_inline]] depthwise_vectors start() const {
+        return {
+            {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
+    }
 
 private:
-    template <std::size_t... i, std::size_t... v>
-    [[gnu::always_inline]] depthwise_block_weights(const std::int8_t* weights, const std::int32_t* biases,
-                                                   std::index_sequence<i...>, std::index_sequence<v...>)
-        : columns{_mm512_load_si512(weights + i * 64)...}, bias{_mm512_load_si512(biases + v * 16)...} {}
+    template <std::size_t... i>
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
+        : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-template <std::size_t v>
-[[gnu::always_inline]] inline __m512i depthwise_sum(const depthwise_block_weights& w, const std::uint8_t* left,
-                                                    const std::uint8_t* middle, const std::uint8_t* right) {
-    __m512i sum = _mm512_dpbusd_epi32(w.bias[v], _mm512_loadu_si512(left + v * 64), w.columns[v]);
-    sum = _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(middle + v * 64), w.columns[4 + v]);
-    return _mm512_dpbusd_epi32(sum, _mm512_loadu_si512(right + v * 64), w.columns[8 + v]);
-}
+/// The rows of the result, and where the stretches begin in them.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[64 / channels];
+    __mmask16 mask;
+    requantizer requantize;
 
-[[gnu::always_inline]] inline __m512i depthwise_pixel(const depthwise_block_weights& w, const requantizer& requantize,
-                                                      const std::uint8_t* left, const std::uint8_t* middle,
-                                                      const std::uint8_t* right) {
-    return requantize.pack_lanes(
-        requantize(depthwise_sum<0>(w, left, middle, right)), requantize(depthwise_sum<1>(w, left, middle, right)),
-        requantize(depthwise_sum<2>(w, left, middle, right)), requantize(depthwise_sum<3>(w, left, middle, right)));
-}
-
-inline void depthwise_u8_blocks(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t width,
-                                std::size_t repeat, std::uint8_t* result) {
-    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
-    const __mmask64 mask = first_bytes(channels);
-    const requantizer requantize(weights.fast);
-    alignas(64) std::uint8_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
-    for (std::size_t first = 0; first < result_width; first += most) {
-        const std::size_t rest = result_width - first;
-        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
-        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
-            const std::size_t start = block_start(channels, block);
-            for (std::size_t s = 0; s < columns.slots; ++s) {
-                const std::size_t column = columns.first_column + s;  // plus one
-                if (column == 0 || column > width)
-                    std::memset(slots + s * depthwise_slot, weights.padding, depthwise_slot);
-                else
-                    interleave<false>(rows, (column - 1) * channels + start, mask, slots + s * depthwise_slot);
-            }
-            const depthwise_block_weights w(weights, block);
-            std::uint8_t* to = result + first * channels + start;
-            const std::uint16_t* slot = columns.slot_of;
-            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride)
-                _mm512_mask_storeu_epi8(to, mask,
-                                        depthwise_pixel(w, requantize, slots + slot[0] * depthwise_slot,
-                                                        slots + slot[1] * depthwise_slot, slots + slot[2] * depthwise_slot));
+    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
+        const __m512i bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        if constexpr (channels == 64) {
+            _mm512_storeu_si512(at[0] + offset, bytes);
+        } else if constexpr (channels == 32) {
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), _mm512_castsi512_si256(bytes));
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[1] + offset), _mm512_extracti64x4_epi64(bytes, 1));
+        } else {
+            _mm_mask_storeu_epi8(at[0] + offset, mask, _mm512_castsi512_si128(bytes));
+            _mm_mask_storeu_epi8(at[1] + offset, mask, _mm512_extracti32x4_epi32(bytes, 1));
+            _mm_mask_storeu_epi8(at[2] + offset, mask, _mm512_extracti32x4_epi32(bytes, 2));
+            _mm_mask_storeu_epi8(at[3] + offset, mask, _mm512_extracti32x4_epi32(bytes, 3));
         }
     }
-}
+};
 
-/// Interleaves columns from .. to - 1 of the enlarged rows, one after the other.
-inline void interleave_flat(const depthwise_rows& rows, std::size_t channels, std::size_t repeat, std::size_t from,
-                            std::size_t to, std::uint8_t* values) {
-    const std::size_t first = from / repeat, end = (to - 1) / repeat + 1, bytes = channels * 4;
-    // Enlarged, the columns are first interleaved where the last of them will end up, and from there spread out.
-    std::uint8_t* const stored = values + (to - from - (end - first)) * bytes;
-    for (std::size_t i = first * channels; i < end * channels; i += depthwise_block)
-        interleave<true>(rows, i, first_bytes(end * channels - i), stored + (i - first * channels) * 4);
-    if (repeat == 1) return;
-    std::size_t repeated = from % repeat;
-    const std::uint8_t* column = stored;
-    for (std::size_t x = from; x < to; ++x, values += bytes) {
-        std::memmove(values, column, bytes);
-        if (++repeated == repeat) repeated = 0, column += bytes;
+/// What depthwise_u8() was called with.
+struct depthwise_call {
+    const depthwise_u8_weights& weights;
+    const std::uint8_t* const* rows;
+    std::size_t width, repeat;
+    std::uint8_t* result;
+    alignas(64) std::uint8_t padding[64];
+};
+
+/// Computes one unit.
+template <std::size_t channels>
+struct depthwise_run {
+    static constexpr std::size_t stretches = 64 / channels;
+
+    const depthwise_call& call;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::size_t pixel_bytes, first_channel;
+    __mmask16 mask;
+    std::size_t length, starts[stretches];  ///< of the stretches
+
+    /// `all` things to be cut into stretches, the last of which overlaps the one before.
+    depthwise_run(const depthwise_call& c, const std::int8_t* values, const std::int32_t* biases, std::size_t first,
+                  std::size_t all)
+        : call(c),
+          weights(values),
+          bias(biases),
+          pixel_bytes(c.weights.channels),
+          first_channel(first),
+          mask(static_cast<__mmask16>(first_bytes(c.weights.channels < 16 ? c.weights.channels : 16))),
+          length((all + stretches - 1) / stretches) {
+        for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
     }
-}
 
-inline void depthwise_u8_flat(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t width,
-                              std::size_t repeat, std::uint8_t* result) {
-    constexpr std::size_t most_values = 4096;  // interleaved at a time: 16 KiB
-    const std::size_t channels = weights.channels, blocks = depthwise_blocks(weights), period = blocks * depthwise_block;
-    const std::size_t pixels_in_period = period / channels, result_width = width * repeat;
-    const std::size_t most = (most_values / channels - 2) / pixels_in_period * pixels_in_period;
-    const requantizer requantize(weights.fast);
-    alignas(64) std::uint8_t values[(most_values + 2 * depthwise_block) * 4];
-    for (std::size_t first = 0; first < result_width; first += most) {
-        const std::size_t end = first + most < result_width ? first + most : result_width;
-        const std::size_t from = first == 0 ? 0 : first - 1, to = end == result_width ? end : end + 1;
-        std::uint8_t* const at = values + (first == 0 ? channels * 4 : 0);
-        interleave_flat(rows, channels, repeat, from, to, at);
-        if (first == 0) std::memset(values, weights.padding, channels * 4);
-        if (end == result_width) std::memset(at + (to - from) * channels * 4, weights.padding, channels * 4);
-
-        const std::size_t bytes = (end - first) * channels;
-        for (std::size_t block = 0; block < blocks; ++block) {
-            const depthwise_block_weights w(weights, block);
-            for (std::size_t i = block * depthwise_block; i < bytes; i += period) {
-                const std::uint8_t* const left = values + i * 4;
-                const __m512i packed = depthwise_pixel(w, requantize, left, left + channels * 4, left + channels * 8);
-                _mm512_mask_storeu_epi8(result + first * channels + i, first_bytes(bytes - i), swap_lanes(packed));
+    /// One column for each stretch; padding outside the row.
+    depthwise_rows<channels> rows_at(const std::size_t (&columns)[stretches]) const {
+        depthwise_rows<channels> found;
+        found.mask = mask;
+        for (std::size_t r = 0; r < 3; ++r) {
+            found.moves[r] = call.rows[r] == nullptr ? 0 : ~std::size_t{0};
+            for (std::size_t s = 0; s < stretches; ++s) {
+                const bool outside = call.rows[r] == nullptr || columns[s] >= call.width;
+                found.at[r][s] = outside ? call.padding : call.rows[r] + columns[s] * pixel_bytes + first_channel;
             }
         }
+        return found;
     }
+    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        std::size_t columns[stretches];  // -1 becomes more than any width
+        for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
+        return rows_at(columns);
+    }
+    depthwise_result<channels> result_at(std::size_t scale) const {
+        depthwise_result<channels> found{{}, mask, requantizer(call.weights.fast)};
+        for (std::size_t s = 0; s < stretches; ++s) found.at[s] = call.result + starts[s] * scale * pixel_bytes + first_channel;
+        return found;
+    }
+
+    /// Each column ends one window, is the middle of the next and begins the one after it.
+    void stride_1() const {
+        const depthwise_sums sums(weights, bias);
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors next = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        depthwise_vectors current = sums.add<1>(next, column);
+        next = sums.add<0>(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.add<2>(current, column), (x - 1) * pixel_bytes);
+            current = sums.add<1>(next, column);
+            next = sums.add<0>(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.add<2>(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    void stride_2() const {
+        const depthwise_sums sums(weights, bias);
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors current = sums.add<0>(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.add<1>(current, rows.column(2 * x * pixel_bytes));
+            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.add<2>(current, column), x * pixel_bytes);
+            current = sums.add<0>(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.add<1>(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.add<2>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
+    /// around its own halves, and begins the one around the first half of the column behind it.
+    void enlarged_twice() const {
+        const depthwise_sums sums(weights, bias);
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(2);
+        depthwise_vectors first = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        result.store(sums.add<2>(sums.add<1>(first, column), column), 0);
+        first = sums.add<0>(sums.start(), column);
+        depthwise_vectors second = sums.add<1>(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.add<2>(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.add<2>(sums.add<1>(first, column), column), 2 * x * pixel_bytes);
+            first = sums.add<0>(sums.start(), column);
+            second = sums.add<1>(first, column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.add<2>(second, column), (2 * length - 1) * pixel_bytes);
+    }
+
+    /// Any stride and repetition: three columns for each window.
+    void any() const {
+        const depthwise_sums sums(weights, bias);
+        const depthwise_result<channels> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            depthwise_vectors sum = sums.add<0>(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.add<1>(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.add<2>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const {
+        std::size_t columns[stretches];
+        for (std::size_t s = 0; s < stretches; ++s) {
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
+        }
+        return rows_at(columns);
+    }
+};
+
+template <std::size_t channels>
+inline void depthwise_u8_unit(const depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+                              std::size_t first_channel) {
+    const std::size_t stride = call.weights.stride, result_width = (call.width * call.repeat - 1) / stride + 1;
+    if (stride == 1 && call.repeat == 1)
+        depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        depthwise_run<channels>(call, weights, bias, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        depthwise_run<channels>(call, weights, bias, first_channel, call.width).enlarged_twice();
+    else
+        depthwise_run<channels>(call, weights, bias, first_channel, result_width).any();
 }
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    const depthwise_rows from(rows, weights.padding);
-    if (is_flat(weights))
-        depthwise_u8_flat(weights, from, width, repeat, result);
-    else
-        depthwise_u8_blocks(weights, from, width, repeat, result);
+    depthwise_call call{weights, rows, width, repeat, result, {}};
+    std::memset(call.padding, weights.padding, sizeof call.padding);
+    const std::int8_t* values = weights.narrow.data();
+    const std::int32_t* bias = weights.bias.data();
+    for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
+        const depthwise_unit unit(weights.channels, done);
+        switch (unit.channels) {
+            case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
+            case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;
+            default: depthwise_u8_unit<16>(call, values, bias, unit.first); break;
+        }
+        done = unit.end();
+    }
 }
 
 LDI_END_TARGET
@@ -3417,10 +3526,10 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
         const __mmask64 mask = first_bytes(rest < held ? rest : held);
         std::uint8_t* const to = result + first;
         switch (vectors) {
-            case 1: gemm_u8_panel<16, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 2: gemm_u8_panel<12, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 3: gemm_u8_panel<8, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 3: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            default: gemm_u8_panel<4, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
         }
         first += held;
         values += input.segment_count * input.groups * held * gemm_group;

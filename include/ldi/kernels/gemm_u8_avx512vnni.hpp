@@ -203,10 +203,10 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
         const __mmask64 mask = first_bytes(rest < held ? rest : held);
         std::uint8_t* const to = result + first;
         switch (vectors) {
-            case 1: gemm_u8_panel<16, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 2: gemm_u8_panel<12, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 3: gemm_u8_panel<8, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 3: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            default: gemm_u8_panel<4, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
         }
         first += held;
         values += input.segment_count * input.groups * held * gemm_group;
