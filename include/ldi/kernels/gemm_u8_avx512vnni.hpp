@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
 // Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
-// have to be under way: tiles have 16 to 24. A tile of 6 pixels and 4 vectors loads 10 times for 24 multiplications; the loads
-// are the second limit, and they favour wide tiles.
+// have to be under way: tiles have 8 to 16. The loads (8 for 16 multiplications in a tile of 4 pixels and 4 vectors) favour wide
+// tiles, but a smaller tile's requantisation is over sooner, and runs while the next tile multiplies.
 #pragma once
 
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
@@ -54,9 +54,15 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct gemm_tile_input {
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs;  ///< from one pixel's results to the next
+    __mmask64 mask;       ///< of the panel's outputs that exist
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -65,18 +71,28 @@ struct gemm_tile_input {
     return _mm512_set1_epi32(four);
 }
 
-template <std::size_t... v>
+/// With `half`, only the first 8 sums: of Zen 4's vectors of 512 bits each takes its units for two cycles.
+template <bool half>
+[[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
+    if constexpr (half)
+        return _mm512_castsi256_si512(
+            _mm256_dpbusd_epi32(_mm512_castsi512_si256(sums), _mm512_castsi512_si256(inputs), _mm512_castsi512_si256(weights)));
+    else
+        return _mm512_dpbusd_epi32(sums, inputs, weights);
+}
+
+template <bool last_is_half, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m512i* sums, __m512i inputs,
                                                 const __m512i* weights) {
-    ((sums[v] = _mm512_dpbusd_epi32(sums[v], inputs, weights[v])), ...);
+    ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
 /// Four inputs of every pixel, with all vectors of weights.
-template <std::size_t... p, std::size_t... v>
+template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
     const __m512i w[] = {_mm512_load_si512(weights + v * gemm_lanes * gemm_group)...};
-    (multiply_add(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
+    (multiply_add<last_is_half>(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
 }
 
 template <std::size_t... v>
@@ -84,67 +100,79 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-template <std::size_t vectors>
-[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const requantizer& requantize, __mmask64 mask,
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
                                                std::uint8_t* result) {
     const __m512i a = requantize(sums[0]);
     const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
     const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
-    const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : a;
+    const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
     _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
 }
 
-[[gnu::always_inline]] inline void store_four(const __m512i* sums, const requantizer& requantize, std::uint8_t* result) {
+template <class Requantizer>
+[[gnu::always_inline]] inline void store_four(const __m512i* sums, const Requantizer& requantize, std::uint8_t* result) {
     const __m512i bytes =
         requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
     _mm512_storeu_si512(result, swap_lanes(bytes));
 }
 
-template <std::size_t... i>
-[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m512i* sums, const requantizer& requantize,
+template <class Requantizer, std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m512i* sums, const Requantizer& requantize,
                                                 std::uint8_t* result) {
     (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
-                         const requantizer& requantize, std::size_t outputs, __mmask64 mask, std::uint8_t* result) {
+template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
     __m512i sums[sizeof...(p) * sizeof...(v)];
-    const __m512i start[] = {_mm512_loadu_si512(bias + v * gemm_lanes)...};
+    const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
     (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = 0; g < input.groups; ++g) {
-            multiply_add(pixels, vectors, sums, x, stride, weights);
+    const std::int8_t* weights = panel.weights;
+    const std::size_t stride = panel.pixel_stride, groups = panel.groups;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* x = panel.segments[s] + first * stride;
+        for (std::size_t g = 0; g < groups; ++g) {
+            multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
             x += gemm_group;
             weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
     }
     // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
-    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4;
+    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
+    std::uint8_t* const result = panel.result + first * panel.outputs;
     if constexpr (can_fill)
-        if (outputs == sizeof...(v) * gemm_lanes)
+        if (panel.outputs == sizeof...(v) * gemm_lanes)
             return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, mask, result + p * outputs), ...);
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p)
+            gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
-                          const requantizer& requantize, std::size_t outputs, __mmask64 mask, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
-    constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
-        return;
-    }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, mask, result + p * outputs);
+inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
+    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
+    if (output.zero_point == 0)
+        last_is_half ? gemm_u8_panel<pixels, vectors, true, rectifier>(panel, output)
+                     : gemm_u8_panel<pixels, vectors, false, rectifier>(panel, output);
+    else
+        last_is_half ? gemm_u8_panel<pixels, vectors, true, requantizer>(panel, output)
+                     : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
 }
 
 /// The 16 sums of one pixel and one output, still to be added up.
@@ -191,25 +219,23 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
-    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
-    const requantizer requantize(weights.fast);
-    const std::int8_t* values = weights.narrow.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel);
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t outputs = weights.outputs;
-        const std::size_t rest = outputs - first, held = vectors * gemm_lanes;
-        const __mmask64 mask = first_bytes(rest < held ? rest : held);
-        std::uint8_t* const to = result + first;
+    const std::size_t groups = (weights.inputs + gemm_group - 1) / gemm_group;
+    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
+                     result,   weights.outputs,  0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
+        panel.mask = first_bytes(outputs);
         switch (vectors) {
-            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            case 3: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, mask, to); break;
-            default: gemm_u8_panel<4, 4>(input, pixels, values, bias, requantize, outputs, mask, to); break;
+            case 1: gemm_u8_panel<8, 1>(panel, outputs, weights.fast); break;
+            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
+            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
+            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
         }
-        first += held;
-        values += input.segment_count * input.groups * held * gemm_group;
+        rest -= outputs;
+        panel.weights += weights.segments * groups * held * gemm_group;
+        panel.bias += held;
+        panel.result += held;
     }
 }
 

@@ -43,6 +43,21 @@ struct requantizer {
     }
 };
 
+/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+struct rectifier {
+    __m512 scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(_mm512_set1_ps(r.scale)), offset(_mm512_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] __m512i operator()(__m512i sums) const {
+        return _mm512_cvttps_epi32(_mm512_fmadd_ps(_mm512_cvtepi32_ps(sums), scale, offset));
+    }
+    [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
+        return _mm512_packus_epi16(_mm512_packs_epi32(a, b), _mm512_packs_epi32(c, d));
+    }
+};
+
 /// From the order of pack_lanes() to all of a, b, c and d one after the other, and back: it is its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
