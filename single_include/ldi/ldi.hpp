@@ -1283,6 +1283,13 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_HAS_AMX_KERNELS 0
 #endif
 
+#if defined(__wasm_simd128__)
+#define LDI_HAS_WASM_KERNELS 1
+#include <wasm_simd128.h>
+#else
+#define LDI_HAS_WASM_KERNELS 0
+#endif
+
 #define LDI_PRAGMA(text) _Pragma(#text)
 
 #if defined(__clang__)
@@ -1358,19 +1365,20 @@ inline bool may_use_amx() {
 
 // ---- ldi/kernels/isa.hpp
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, wasm) forces one, for tests and benchmarks.
 
 namespace ldi {
 
 enum class isa {
-    scalar,      ///< portable C++, and the reference in tests
-    avx2,        ///< AVX2 and FMA
-    avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,    ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    scalar,        ///< portable C++, and the reference in tests
+    avx2,          ///< AVX2 and FMA
+    avx512vnni,    ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,      ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    wasm_simd128,  ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
 
 /// Slowest first.
-inline constexpr std::array<isa, 4> all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8};
+inline constexpr std::array all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8, isa::wasm_simd128};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -1379,6 +1387,7 @@ constexpr std::string_view to_string(isa set) {
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
         case isa::amx_int8: return "amx";
+        case isa::wasm_simd128: return "wasm";
     }
     return "unknown";
 }
@@ -1399,9 +1408,11 @@ inline bool is_available(isa set) {
 #if LDI_HAS_AMX_KERNELS
         case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
 #endif
-        default: break;
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return true;
+#endif
+        default: return false;
     }
-    return false;
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
@@ -1560,6 +1571,22 @@ struct float_requantization {
     }
 };
 
+/// The same for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
+/// zero_point)`, the product rounded to float, then the sum.
+struct unfused_requantization {
+    float scale = 0, offset = 0;
+    std::int32_t zero_point = 0;
+
+    std::uint8_t operator()(std::int32_t accumulator) const {
+        // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
+        const auto product = static_cast<float>(double{static_cast<float>(accumulator)} * double{scale});
+        const float value = std::nearbyint(product + (accumulator < 0 ? -offset : offset));
+        const float clamped =
+            (std::min)((std::max)(value, static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
+        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+    }
+};
+
 namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
@@ -1586,24 +1613,22 @@ inline std::vector<std::int32_t> requantization_checkpoints(const requantization
     return points;
 }
 
-}  // namespace detail
-
-/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
-inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
-    const std::vector<std::int32_t> points = detail::requantization_checkpoints(r);
+/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
+template <class Form>
+std::optional<Form> search_float_form(const requantization& r, double offset) {
+    const std::vector<std::int32_t> points = requantization_checkpoints(r);
     std::vector<std::uint8_t> expected;
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
     const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
-    const double offset = 0.5 + std::ldexp(1.0, -r.shift - 1);  // the first of the integer form's two roundings counts as up
     const float unit = scale - std::nextafter(scale, 0.0F);
     std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
-            const float_requantization candidate{scale + static_cast<float>(scale_step) * unit,
-                                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
+            const Form candidate{scale + static_cast<float>(scale_step) * unit,
+                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
             if (candidate(points[suspect]) != expected[suspect]) continue;
             std::size_t i = 0;
             while (i < points.size() && candidate(points[i]) == expected[i]) ++i;
@@ -1611,6 +1636,20 @@ inline std::optional<float_requantization> find_float_requantization(const requa
             suspect = i;
         }
     return std::nullopt;
+}
+
+/// By so much the first of the integer form's two roundings brings its thresholds nearer to zero.
+inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
+
+}  // namespace detail
+
+/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
+inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
+    return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
+}
+
+inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
+    return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }
 
 }  // namespace ldi
@@ -1848,6 +1887,124 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/kernels/detail/lanes_wasm.hpp
+// What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
+//
+// Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
+// that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
+// one caller into that, whatever its attributes.
+
+#if LDI_HAS_WASM_KERNELS
+
+namespace ldi::wasm_simd128 {
+
+/// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
+/// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.
+inline constexpr float rounding_magic = 0x1.8p23F;
+inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
+
+/// unfused_requantization in registers. `positive` is for a zero point of 0: negative values become 0 whatever the offset's sign.
+template <bool positive>
+struct requantizer {
+    v128_t scale, offset, sign, magic, magic_bits;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(wasm_f32x4_splat(r.scale)),
+          offset(wasm_f32x4_splat(r.offset)),
+          sign(wasm_i32x4_splat(-0x7FFFFFFF - 1)),
+          magic(wasm_f32x4_splat(rounding_magic)),
+          magic_bits(wasm_i32x4_splat(rounding_magic_bits - r.zero_point)) {}
+
+    /// With the zero point, not yet clamped.
+    [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
+        const v128_t value = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(sums), scale);
+        const v128_t signed_offset = positive ? offset : wasm_v128_xor(wasm_v128_and(value, sign), offset);
+        return wasm_i32x4_sub(wasm_f32x4_add(wasm_f32x4_add(value, signed_offset), magic), magic_bits);
+    }
+};
+
+/// Clamps four vectors of 32-bit values to bytes, one after the other.
+[[gnu::always_inline]] inline v128_t narrow(v128_t a, v128_t b, v128_t c, v128_t d) {
+    return wasm_u8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(a, b), wasm_i16x8_narrow_i32x4(c, d));
+}
+
+/// Writes the first `count` bytes, at most 16.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, v128_t values, std::size_t count) {
+    if (count == 16) return wasm_v128_store(to, values);
+    if (count == 8) return wasm_v128_store64_lane(to, values, 0);
+    if (count == 4) return wasm_v128_store32_lane(to, values, 0);
+    std::uint8_t bytes[16];
+    wasm_v128_store(bytes, values);
+    std::memcpy(to, bytes, count);
+}
+
+/// Bytes to 16-bit values.
+inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to) {
+    std::size_t i = 0;
+    for (; i + 16 <= count; i += 16) {
+        const v128_t bytes = wasm_v128_load(from + i);
+        wasm_v128_store(to + i, wasm_u16x8_extend_low_u8x16(bytes));
+        wasm_v128_store(to + i + 8, wasm_u16x8_extend_high_u8x16(bytes));
+    }
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
+
+// ---- ldi/kernels/add_u8_wasm.hpp
+// kernels/add_u8.hpp with WebAssembly SIMD128: in float, 4 values at a time.
+
+#if LDI_HAS_WASM_KERNELS
+
+namespace ldi::wasm_simd128 {
+
+struct adder {
+    v128_t a_scale, b_scale, offset, magic, magic_bits;
+
+    explicit adder(const add_u8_constants& sum)
+        : a_scale(wasm_f32x4_splat(sum.a_scale)),
+          b_scale(wasm_f32x4_splat(sum.b_scale)),
+          offset(wasm_f32x4_splat(sum.offset)),
+          magic(wasm_f32x4_splat(rounding_magic)),
+          magic_bits(wasm_i32x4_splat(rounding_magic_bits)) {}
+
+    [[gnu::always_inline]] v128_t operator()(const std::uint8_t* a, const std::uint8_t* b) const {
+        const v128_t x = wasm_v128_load(a), y = wasm_v128_load(b);
+        const v128_t low = eight(wasm_u16x8_extend_low_u8x16(x), wasm_u16x8_extend_low_u8x16(y));
+        const v128_t high = eight(wasm_u16x8_extend_high_u8x16(x), wasm_u16x8_extend_high_u8x16(y));
+        return wasm_u8x16_narrow_i16x8(low, high);
+    }
+
+private:
+    [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
+        return wasm_i16x8_narrow_i32x4(four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b)),
+                                       four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b)));
+    }
+    [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
+        const v128_t x = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(a), a_scale);
+        const v128_t y = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(b), b_scale);
+        return wasm_i32x4_sub(wasm_f32x4_add(wasm_f32x4_add(x, wasm_f32x4_add(y, offset)), magic), magic_bits);
+    }
+};
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder add(sum);
+    std::size_t i = 0;
+    for (; i + 16 <= count; i += 16) wasm_v128_store(result + i, add(a + i, b + i));
+    if (i == count) return;
+    std::uint8_t rest[2][16] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    store_first(result + i, add(rest[0], rest[1]), count - i);
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
+
 // ---- ldi/kernels/add_u8.hpp
 // Addition of two 8-bit tensors, each in its own quantisation. This header is the contract of the family; one file for each
 // instruction set implements it, all with equal results.
@@ -1861,6 +2018,9 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
         case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::add_u8(sum, a, b, count, result);
 #endif
         default: break;
     }
@@ -2226,11 +2386,12 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
     detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;
-    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+    /// Not used by scalar; negated where `narrow` and `bias` are. On WebAssembly the constants of an unfused_requantization.
+    float_requantization fast;
 };
 
 namespace detail {
@@ -2244,11 +2405,29 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
+/// Kernels that multiply and add in two roundings take so many inputs at most, because they widen them first.
+inline constexpr std::size_t most_unfused_inputs = 4096;
+
+/// Whether kernels without a fused multiply-add are exact; they also round in a way that takes no sums below -2^23 / scale.
+inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
+    const std::size_t inputs = weights.size() / bias.size();
+    const signed_range range = range_of(weights, weight_zero_point);
+    const double largest_weight = (std::max)(-range.least, range.most);
+    const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
+    const double largest_bias = (std::max)(-static_cast<double>(*least_bias), static_cast<double>(*most_bias));
+    const std::optional<unfused_requantization> found = find_unfused_requantization(output);
+    if (!found.has_value() || inputs > most_unfused_inputs) return false;
+    fast = {found->scale, found->offset, found->zero_point};
+    return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
+}
+
 /// The fastest set not beyond `wanted` that is exact for these weights. VNNI and AMX multiply by signed bytes; weights in
 /// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
-                         const requantization& output, float_requantization& fast) {
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
+    if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
@@ -2305,11 +2484,11 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
     detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;
-    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+    float_requantization fast;  ///< as in gemm_u8_weights
 };
 
 namespace detail {
@@ -2826,6 +3005,171 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 }  // namespace ldi::scalar
 
+// ---- ldi/kernels/depthwise_u8_wasm.hpp
+// kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
+//
+// Rows are first widened to 16 bits and laid out column by column, enlarged already: the first two rows interleaved, and of the
+// third row the column and the next one. So the 9 products of a window are 5 multiplications for 4 channels.
+
+#if LDI_HAS_WASM_KERNELS
+
+namespace ldi::wasm_simd128 {
+
+inline constexpr std::size_t depthwise_block = 16;
+inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
+inline constexpr std::size_t depthwise_most_slots = 66;             // 8 KiB
+inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// The first channel of a block: the last one overlaps the one before.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+/// Block by block, 4 channels by 4 channels: rows 0 and 1 of each column, then row 2 of columns 0 and 1, and of column 2 alone.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    constexpr std::size_t none = depthwise_u8_weights::taps;
+    constexpr std::size_t taps[depthwise_dots][2] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}, {8, none}};
+    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
+        const std::size_t start = block_start(packed.channels, b), end = start + depthwise_block;
+        for (std::size_t four = start; four < end; four += 4)
+            for (const auto& pair : taps)
+                for (std::size_t c = four; c < four + 4; ++c)
+                    for (std::size_t tap : pair)
+                        packed.wide.push_back(
+                            static_cast<std::int16_t>(tap != none && c < packed.channels ? source.weight(c, tap) : 0));
+        for (std::size_t c = start; c < end; ++c) packed.bias.push_back(c < packed.channels ? source.folded_bias(c) : 0);
+    }
+}
+
+/// Three rows and what lies outside of them.
+struct depthwise_rows {
+    std::uint8_t outside[depthwise_block];
+    const std::uint8_t* rows[3];
+    std::size_t moves[3];  // all bits, or none for a row that is outside
+    std::size_t channels, width, repeat;
+
+    depthwise_rows(const depthwise_u8_weights& weights, const std::uint8_t* const from[3], std::size_t stored_width,
+                   std::size_t repeated)
+        : channels(weights.channels), width(stored_width), repeat(repeated) {
+        std::memset(outside, weights.padding, sizeof outside);
+        for (std::size_t r = 0; r < 3; ++r) {
+            rows[r] = from[r] == nullptr ? outside : from[r];
+            moves[r] = from[r] == nullptr ? 0 : ~std::size_t{0};
+        }
+    }
+
+    /// 16 channels, or as many as there are.
+    [[gnu::always_inline]] v128_t load(const std::uint8_t* from) const {
+        if (channels >= depthwise_block) return wasm_v128_load(from);
+        std::uint8_t bytes[depthwise_block] = {};
+        std::memcpy(bytes, from, channels);
+        return wasm_v128_load(bytes);
+    }
+};
+
+/// One after the other the columns of the enlarged rows, for 16 channels.
+struct depthwise_column {
+    const depthwise_rows& rows;
+    std::size_t column, repeated, offset;  // column plus one
+
+    depthwise_column(const depthwise_rows& from, std::size_t first, std::size_t first_channel)
+        : rows(from),
+          column(first),
+          repeated(first == 0 ? 0 : (first - 1) % from.repeat),
+          offset((first == 0 ? 0 : (first - 1) / from.repeat) * from.channels + first_channel) {}
+
+    [[gnu::always_inline]] v128_t row(std::size_t r) const {
+        if (column == 0 || column > rows.width * rows.repeat) return wasm_v128_load(rows.outside);
+        return rows.load(rows.rows[r] + (offset & rows.moves[r]));
+    }
+    [[gnu::always_inline]] void move_on() {
+        if (column++ == 0 || ++repeated < rows.repeat) return;
+        repeated = 0;
+        offset += rows.channels;
+    }
+};
+
+/// 16 channels of two rows or columns to pairs of 16-bit values.
+[[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
+    const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const v128_t high = wasm_i8x16_shuffle(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+    wasm_v128_store(to, wasm_u16x8_extend_low_u8x16(low));
+    wasm_v128_store(to + 8, wasm_u16x8_extend_high_u8x16(low));
+    wasm_v128_store(to + 16, wasm_u16x8_extend_low_u8x16(high));
+    wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
+}
+
+inline void fill_slots(const depthwise_rows& rows, std::size_t first, std::size_t count, std::size_t first_channel,
+                       std::int16_t* slot) {
+    depthwise_column column(rows, first, first_channel);
+    v128_t third = column.row(2);
+    for (const std::int16_t* const end = slot + count * depthwise_slot; slot < end; slot += depthwise_slot) {
+        store_pairs(column.row(0), column.row(1), slot);
+        column.move_on();
+        const v128_t next = column.row(2);
+        store_pairs(third, next, slot + depthwise_slot / 2);
+        third = next;
+    }
+}
+
+/// The sums of 4 channels.
+[[gnu::always_inline]] inline v128_t depthwise_sum(const std::int16_t* slot, const std::int16_t* weights, v128_t sums) {
+    constexpr std::size_t third = depthwise_slot / 2;
+    const auto dot = [slot, weights](std::size_t at, std::size_t w) {
+        return wasm_i32x4_dot_i16x8(wasm_v128_load(slot + at), wasm_v128_load(weights + w * 8));
+    };
+    sums = wasm_i32x4_add(sums, dot(0, 0));
+    sums = wasm_i32x4_add(sums, dot(depthwise_slot, 1));
+    sums = wasm_i32x4_add(sums, dot(2 * depthwise_slot, 2));
+    sums = wasm_i32x4_add(sums, dot(third, 3));
+    return wasm_i32x4_add(sums, dot(2 * depthwise_slot + third, 4));
+}
+
+template <bool positive>
+inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t result_width,
+                             std::uint8_t* result) {
+    const std::size_t channels = weights.channels, stride = weights.stride;
+    const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
+    const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
+    const requantizer<positive> requantize(weights.fast);
+    alignas(16) std::int16_t slots[depthwise_most_slots * depthwise_slot];
+    for (std::size_t first = 0; first < result_width; first += most) {
+        const std::size_t count = result_width - first < most ? result_width - first : most;
+        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
+            const std::size_t start = block_start(channels, block);
+            fill_slots(rows, first * stride, (count - 1) * stride + 3, start, slots);
+            const std::int16_t* const w = weights.wide.data() + block * 4 * depthwise_dots * 8;
+            const std::int32_t* const bias = weights.bias.data() + block * depthwise_block;
+            const std::int16_t* slot = slots;
+            std::uint8_t* to = result + first * channels + start;
+            for (std::size_t x = 0; x < count; ++x, slot += stride * depthwise_slot, to += channels) {
+                const auto four = [&](std::size_t i) {
+                    return requantize(depthwise_sum(slot + i * 8, w + i * depthwise_dots * 8, wasm_v128_load(bias + i * 4)));
+                };
+                store_first(to, narrow(four(0), four(1), four(2), four(3)), held);
+            }
+        }
+    }
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    const std::size_t result_width = (width * repeat - 1) / weights.stride + 1;
+    const depthwise_rows from(weights, rows, width, repeat);
+    static constexpr void (*row_functions[])(const depthwise_u8_weights&, const depthwise_rows&, std::size_t, std::uint8_t*) = {
+        depthwise_u8_row<false>, depthwise_u8_row<true>};
+    row_functions[weights.output.zero_point == 0](weights, from, result_width, result);
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
+
 // ---- ldi/kernels/depthwise_u8.hpp
 // Depthwise 3 x 3 convolution of 8-bit activations, requantised to 8 bits, one row of the result at a time. It can read its
 // input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
@@ -2847,12 +3191,15 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     switch (packed.target) {
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
         case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
 #endif
         default: scalar::pack_depthwise_u8(packed, source); break;
     }
@@ -2874,6 +3221,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
         case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);
 #endif
         default: return scalar::depthwise_u8(weights, rows, width, repeat, result);
     }
@@ -3634,6 +3984,208 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 }  // namespace ldi::scalar
 
+// ---- ldi/kernels/gemm_u8_wasm.hpp
+// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
+//
+// As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
+// by the load, shared by the vectors of the panel. Engines have 15 registers to give: 10 sums, 2 vectors of weights, 2 of inputs.
+
+#if LDI_HAS_WASM_KERNELS
+
+namespace ldi::wasm_simd128 {
+
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 5, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
+
+/// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const std::size_t padded = (packed.inputs + 7) / 8 * 8;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.wide.push_back(
+                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+}
+
+/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t pair = 0; pair < packed.inputs; pair += gemm_group)
+                for (std::size_t o = first; o < end; ++o)
+                    for (std::size_t i = pair; i < pair + gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
+                        packed.wide.push_back(static_cast<std::int16_t>(weight));
+                    }
+        first = end;
+    }
+}
+
+/// Some pixels in 16 bits.
+struct widened_pixels {
+    std::int16_t values[gemm_widened];
+    std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
+
+    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+        : segment_count(weights.segments),
+          segment_stride(gemm_widened / weights.segments),
+          // Windows that overlap or lie side by side stay so.
+          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
+          pairs((weights.inputs + gemm_group - 1) / gemm_group) {
+        const std::size_t fit = (segment_stride - pairs * gemm_group) / pixel_stride + 1;
+        most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
+    }
+
+    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+              std::size_t count) {
+        for (std::size_t s = 0; s < segment_count; ++s) {
+            const std::uint8_t* const from = segments[s] + first * input_stride;
+            std::int16_t* const to = values + s * segment_stride;
+            if (input_stride == pixel_stride)
+                widen(from, (count - 1) * pixel_stride + weights.inputs, to);
+            else
+                for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one value too many
+        }
+    }
+};
+
+/// What all tiles of some pixels and one panel share.
+struct gemm_panel {
+    const widened_pixels& input;
+    const gemm_u8_weights& weights;
+    const std::int16_t* values;
+    std::size_t first_output, held;
+};
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const std::int16_t* inputs,
+                                                const v128_t* weights) {
+    const v128_t two = wasm_v128_load32_splat(inputs);
+    ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, v128_t* to, const v128_t* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors, bool positive>
+[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const requantizer<positive>& requantize, std::size_t held,
+                                               std::uint8_t* result) {
+    const v128_t a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
+    store_first(result, narrow(a, b, a, b), held);
+}
+
+template <std::size_t... p, std::size_t... v, bool positive>
+inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
+                         std::size_t first_pixel, const requantizer<positive>& requantize, std::uint8_t* result) {
+    v128_t sums[sizeof...(p) * sizeof...(v)];
+    const std::int32_t* const bias = panel.weights.bias.data() + panel.first_output;
+    const v128_t start[] = {wasm_v128_load(bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const widened_pixels& input = panel.input;
+    const std::int16_t* weights = panel.values;
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::int16_t* x = input.values + s * input.segment_stride + first_pixel * stride;
+        for (std::size_t pair = 0; pair < input.pairs; ++pair) {
+            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
+        }
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.weights.outputs), ...);
+}
+
+template <std::size_t vectors, bool positive>
+inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8_t* result) {
+    constexpr std::make_index_sequence<gemm_tile> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    const requantizer<positive> requantize(panel.weights.fast);
+    const std::size_t outputs = panel.weights.outputs;
+    std::size_t p = 0;
+    for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - gemm_tile;
+        gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, p, requantize, result + p * outputs);
+}
+
+inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                           std::size_t pixels, std::uint8_t* result) {
+    static constexpr void (*panel_functions[2][gemm_most_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
+        {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
+    const auto& functions = panel_functions[weights.output.zero_point == 0];
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    widened_pixels input(weights, pixel_stride);
+    for (std::size_t done = 0; done < pixels;) {
+        const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
+        input.fill(weights, segments, pixel_stride, done, count);
+        gemm_panel panel{input, weights, weights.wide.data(), 0, 0};
+        for (std::size_t i = 0; i < cut.panels; ++i) {
+            const std::size_t vectors = cut.vectors_in(i), all = vectors * gemm_lanes,
+                              rest = weights.outputs - panel.first_output;
+            panel.held = rest < all ? rest : all;
+            functions[vectors - 1](panel, count, result + done * weights.outputs + panel.first_output);
+            panel.first_output += all;
+            panel.values += input.segment_count * input.pairs * all * gemm_group;
+        }
+        done += count;
+    }
+}
+
+/// The sum of one pixel and one output.
+[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                             std::size_t offset) {
+    v128_t sums = wasm_i32x4_splat(0);
+    const std::int16_t* w = weights.wide.data();
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + 8 <= weights.inputs; i += 8, w += 8)
+            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
+        if (i == weights.inputs) continue;
+        std::uint8_t rest[8] = {};
+        std::memcpy(rest, x + i, weights.inputs - i);
+        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
+        w += 8;
+    }
+    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
+    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer<false> requantize(weights.fast);
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        std::int32_t sums[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t p = 0; p < count; ++p)
+            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
+        const v128_t values = requantize(wasm_v128_load(sums));
+        store_first(result + first, narrow(values, values, values, values), count);
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
+    kinds.begin()[weights.outputs == 1](weights, segments, pixel_stride, pixels, result);
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
+
 // ---- ldi/kernels/gemm_u8.hpp
 // Matrix product of 8-bit activations and 8-bit weights, requantised to 8 bits: the 1 x 1 convolution, and any dense k x k one,
 // whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
@@ -3660,8 +4212,8 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.outputs = bias.size();
     packed.output = output;
     // A single output would use one column of a tile's 16.
-    packed.target =
-        detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, bias,
+                                          output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     switch (packed.target) {
 #if LDI_HAS_AMX_KERNELS
@@ -3670,6 +4222,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
         default: scalar::pack_gemm_u8(packed, weights, weight_zero_point); break;
     }
@@ -3688,6 +4243,9 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);
 #endif
         default: return scalar::gemm_u8(weights, segments, pixel_stride, pixels, result);
     }

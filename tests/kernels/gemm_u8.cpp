@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -97,13 +98,32 @@ TEST_CASE("weights that an instruction set cannot hold, and scales that float ca
         for (int zero : {0, 100, 126, 129, 255}) {
             wide.weight_zero = zero;
             const ldi::gemm_u8_weights packed = wide.pack(set);
-            CHECK(packed.target == std::min(set, ldi::isa::avx2));
+            CHECK(packed.target == (ldi::without_tiles(set) == ldi::isa::avx512vnni ? ldi::isa::avx2 : set));
             CHECK(wide.compute(packed) == wide.definition());
         }
         product fine = any_product(random, 1, 400, 20, 10);
         fine.output = ldi::make_requantization(0x1.fffffep-20F, 100);
         CHECK(fine.pack(set).target == ldi::isa::scalar);
         CHECK(fine.compute(fine.pack(set)) == fine.definition());
+    }
+}
+
+TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantisation, on every instruction set") {
+    ldi_test::random_bytes random;
+    for (int round = 0; round < 60; ++round) {
+        const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -26 - round % 6);
+        const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
+        std::vector<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);  // without the ends of their range
+        sums.erase(sums.begin(), sums.begin() + 2);
+        std::vector<std::uint8_t> expected;
+        for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
+        const std::vector<std::uint8_t> weights(sums.size(), 128), input(4);  // the bias is all there is
+        const std::uint8_t* const start = input.data();
+        for (ldi::isa set : ldi_test::available_isas()) {
+            std::vector<std::uint8_t> found(sums.size());
+            ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, sums, 1, 0, r), &start, 1, 1, found.data());
+            CHECK(found == expected);
+        }
     }
 }
 

@@ -39,7 +39,7 @@ struct product {
         reference = ldi::pack_gemm_u8(ldi::isa::scalar, weights, weight_zero, bias, s.segments, input_zero, output);
         // As pack_gemm_u8() does where there is AMX.
         tiled.segments = s.segments, tiled.inputs = s.inputs, tiled.outputs = s.outputs, tiled.output = output;
-        tiled.target = ldi::detail::choose_target(ldi::isa::amx_int8, weights, weight_zero, output, tiled.fast);
+        tiled.target = ldi::detail::choose_target(ldi::isa::amx_int8, weights, weight_zero, bias, output, tiled.fast);
         REQUIRE(tiled.target == ldi::isa::amx_int8);
         ldi::detail::fold_zero_points(tiled, weights, weight_zero, bias, input_zero);
         ldi::detail::pack_tiles(tiled, weights, weight_zero);

@@ -4,6 +4,7 @@
 
 #include <ldi/kernels/add_u8_avx2.hpp>
 #include <ldi/kernels/add_u8_avx512vnni.hpp>
+#include <ldi/kernels/add_u8_wasm.hpp>
 #include <ldi/kernels/detail/add_u8_constants.hpp>
 
 #include <cmath>
@@ -21,6 +22,9 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
         case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::add_u8(sum, a, b, count, result);
 #endif
         default: break;
     }

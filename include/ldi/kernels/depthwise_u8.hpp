@@ -6,6 +6,7 @@
 #include <ldi/kernels/depthwise_u8_avx2.hpp>
 #include <ldi/kernels/depthwise_u8_avx512vnni.hpp>
 #include <ldi/kernels/depthwise_u8_scalar.hpp>
+#include <ldi/kernels/depthwise_u8_wasm.hpp>
 #include <ldi/kernels/detail/depthwise_u8_weights.hpp>
 
 #include <cstddef>
@@ -28,12 +29,15 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, bias, output, packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
     switch (packed.target) {
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
         case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
 #endif
         default: scalar::pack_depthwise_u8(packed, source); break;
     }
@@ -55,6 +59,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
         case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);
 #endif
         default: return scalar::depthwise_u8(weights, rows, width, repeat, result);
     }

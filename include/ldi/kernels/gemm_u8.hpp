@@ -8,6 +8,7 @@
 #include <ldi/kernels/gemm_u8_avx2.hpp>
 #include <ldi/kernels/gemm_u8_avx512vnni.hpp>
 #include <ldi/kernels/gemm_u8_scalar.hpp>
+#include <ldi/kernels/gemm_u8_wasm.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -34,8 +35,8 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.outputs = bias.size();
     packed.output = output;
     // A single output would use one column of a tile's 16.
-    packed.target =
-        detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, output, packed.fast);
+    packed.target = detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, bias,
+                                          output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     switch (packed.target) {
 #if LDI_HAS_AMX_KERNELS
@@ -44,6 +45,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
         default: scalar::pack_gemm_u8(packed, weights, weight_zero_point); break;
     }
@@ -62,6 +66,9 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);
 #endif
         default: return scalar::gemm_u8(weights, segments, pixel_stride, pixels, result);
     }

@@ -1,5 +1,5 @@
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, wasm) forces one, for tests and benchmarks.
 #pragma once
 
 #include <ldi/core/error.hpp>
@@ -14,14 +14,15 @@
 namespace ldi {
 
 enum class isa {
-    scalar,      ///< portable C++, and the reference in tests
-    avx2,        ///< AVX2 and FMA
-    avx512vnni,  ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,    ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    scalar,        ///< portable C++, and the reference in tests
+    avx2,          ///< AVX2 and FMA
+    avx512vnni,    ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,      ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    wasm_simd128,  ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
 
 /// Slowest first.
-inline constexpr std::array<isa, 4> all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8};
+inline constexpr std::array all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8, isa::wasm_simd128};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -30,6 +31,7 @@ constexpr std::string_view to_string(isa set) {
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
         case isa::amx_int8: return "amx";
+        case isa::wasm_simd128: return "wasm";
     }
     return "unknown";
 }
@@ -50,9 +52,11 @@ inline bool is_available(isa set) {
 #if LDI_HAS_AMX_KERNELS
         case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
 #endif
-        default: break;
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return true;
+#endif
+        default: return false;
     }
-    return false;
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.

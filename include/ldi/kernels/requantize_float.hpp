@@ -28,6 +28,22 @@ struct float_requantization {
     }
 };
 
+/// The same for machines without a fused multiply-add: `clamp(round_to_even(float(acc) * scale + (acc < 0 ? -offset : offset)) +
+/// zero_point)`, the product rounded to float, then the sum.
+struct unfused_requantization {
+    float scale = 0, offset = 0;
+    std::int32_t zero_point = 0;
+
+    std::uint8_t operator()(std::int32_t accumulator) const {
+        // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
+        const auto product = static_cast<float>(double{static_cast<float>(accumulator)} * double{scale});
+        const float value = std::nearbyint(product + (accumulator < 0 ? -offset : offset));
+        const float clamped =
+            (std::min)((std::max)(value, static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
+        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+    }
+};
+
 namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
@@ -54,24 +70,22 @@ inline std::vector<std::int32_t> requantization_checkpoints(const requantization
     return points;
 }
 
-}  // namespace detail
-
-/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
-inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
-    const std::vector<std::int32_t> points = detail::requantization_checkpoints(r);
+/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
+template <class Form>
+std::optional<Form> search_float_form(const requantization& r, double offset) {
+    const std::vector<std::int32_t> points = requantization_checkpoints(r);
     std::vector<std::uint8_t> expected;
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
     const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
-    const double offset = 0.5 + std::ldexp(1.0, -r.shift - 1);  // the first of the integer form's two roundings counts as up
     const float unit = scale - std::nextafter(scale, 0.0F);
     std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
-            const float_requantization candidate{scale + static_cast<float>(scale_step) * unit,
-                                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
+            const Form candidate{scale + static_cast<float>(scale_step) * unit,
+                                 static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
             if (candidate(points[suspect]) != expected[suspect]) continue;
             std::size_t i = 0;
             while (i < points.size() && candidate(points[i]) == expected[i]) ++i;
@@ -79,6 +93,20 @@ inline std::optional<float_requantization> find_float_requantization(const requa
             suspect = i;
         }
     return std::nullopt;
+}
+
+/// By so much the first of the integer form's two roundings brings its thresholds nearer to zero.
+inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
+
+}  // namespace detail
+
+/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
+inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
+    return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
+}
+
+inline std::optional<unfused_requantization> find_unfused_requantization(const requantization& r) {
+    return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }
 
 }  // namespace ldi

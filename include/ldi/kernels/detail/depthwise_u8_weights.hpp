@@ -17,11 +17,11 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
     detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;
-    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+    float_requantization fast;  ///< as in gemm_u8_weights
 };
 
 namespace detail {

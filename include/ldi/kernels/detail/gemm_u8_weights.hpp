@@ -19,11 +19,12 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2: weight minus its zero point
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
     detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;
-    float_requantization fast;  ///< not used by scalar; negated where `narrow` and `bias` are
+    /// Not used by scalar; negated where `narrow` and `bias` are. On WebAssembly the constants of an unfused_requantization.
+    float_requantization fast;
 };
 
 namespace detail {
@@ -37,11 +38,29 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
+/// Kernels that multiply and add in two roundings take so many inputs at most, because they widen them first.
+inline constexpr std::size_t most_unfused_inputs = 4096;
+
+/// Whether kernels without a fused multiply-add are exact; they also round in a way that takes no sums below -2^23 / scale.
+inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
+    const std::size_t inputs = weights.size() / bias.size();
+    const signed_range range = range_of(weights, weight_zero_point);
+    const double largest_weight = (std::max)(-range.least, range.most);
+    const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
+    const double largest_bias = (std::max)(-static_cast<double>(*least_bias), static_cast<double>(*most_bias));
+    const std::optional<unfused_requantization> found = find_unfused_requantization(output);
+    if (!found.has_value() || inputs > most_unfused_inputs) return false;
+    fast = {found->scale, found->offset, found->zero_point};
+    return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
+}
+
 /// The fastest set not beyond `wanted` that is exact for these weights. VNNI and AMX multiply by signed bytes; weights in
 /// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
-                         const requantization& output, float_requantization& fast) {
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
+    if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;

@@ -18,6 +18,13 @@
 #define LDI_HAS_AMX_KERNELS 0
 #endif
 
+#if defined(__wasm_simd128__)
+#define LDI_HAS_WASM_KERNELS 1
+#include <wasm_simd128.h>
+#else
+#define LDI_HAS_WASM_KERNELS 0
+#endif
+
 #define LDI_PRAGMA(text) _Pragma(#text)
 
 #if defined(__clang__)

@@ -1,0 +1,72 @@
+// What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
+//
+// Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
+// that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
+// one caller into that, whatever its attributes.
+#pragma once
+
+#include <ldi/kernels/detail/target.hpp>
+#include <ldi/kernels/requantize_float.hpp>
+
+#if LDI_HAS_WASM_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace ldi::wasm_simd128 {
+
+/// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
+/// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.
+inline constexpr float rounding_magic = 0x1.8p23F;
+inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
+
+/// unfused_requantization in registers. `positive` is for a zero point of 0: negative values become 0 whatever the offset's sign.
+template <bool positive>
+struct requantizer {
+    v128_t scale, offset, sign, magic, magic_bits;
+
+    explicit requantizer(const float_requantization& r)
+        : scale(wasm_f32x4_splat(r.scale)),
+          offset(wasm_f32x4_splat(r.offset)),
+          sign(wasm_i32x4_splat(-0x7FFFFFFF - 1)),
+          magic(wasm_f32x4_splat(rounding_magic)),
+          magic_bits(wasm_i32x4_splat(rounding_magic_bits - r.zero_point)) {}
+
+    /// With the zero point, not yet clamped.
+    [[gnu::always_inline]] v128_t operator()(v128_t sums) const {
+        const v128_t value = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(sums), scale);
+        const v128_t signed_offset = positive ? offset : wasm_v128_xor(wasm_v128_and(value, sign), offset);
+        return wasm_i32x4_sub(wasm_f32x4_add(wasm_f32x4_add(value, signed_offset), magic), magic_bits);
+    }
+};
+
+/// Clamps four vectors of 32-bit values to bytes, one after the other.
+[[gnu::always_inline]] inline v128_t narrow(v128_t a, v128_t b, v128_t c, v128_t d) {
+    return wasm_u8x16_narrow_i16x8(wasm_i16x8_narrow_i32x4(a, b), wasm_i16x8_narrow_i32x4(c, d));
+}
+
+/// Writes the first `count` bytes, at most 16.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, v128_t values, std::size_t count) {
+    if (count == 16) return wasm_v128_store(to, values);
+    if (count == 8) return wasm_v128_store64_lane(to, values, 0);
+    if (count == 4) return wasm_v128_store32_lane(to, values, 0);
+    std::uint8_t bytes[16];
+    wasm_v128_store(bytes, values);
+    std::memcpy(to, bytes, count);
+}
+
+/// Bytes to 16-bit values.
+inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to) {
+    std::size_t i = 0;
+    for (; i + 16 <= count; i += 16) {
+        const v128_t bytes = wasm_v128_load(from + i);
+        wasm_v128_store(to + i, wasm_u16x8_extend_low_u8x16(bytes));
+        wasm_v128_store(to + i + 8, wasm_u16x8_extend_high_u8x16(bytes));
+    }
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
