@@ -11,8 +11,9 @@ readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
 readonly needs_library=("header xtensor/xtensor.hpp;libxtensor-dev")
 readonly needs_io=(
     "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev" "header zlib.h;zlib1g-dev"
-    "header libexif/exif-data.h;libexif-dev" "header tiny_gltf.h;libtinygltf-dev" "header protozero/pbf_reader.hpp;libprotozero-dev")
-readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
+    "header libexif/exif-data.h;libexif-dev" "header tiny_gltf.h;libtinygltf-dev" "header protozero/pbf_reader.hpp;libprotozero-dev"
+    "header nlohmann/json.hpp;nlohmann-json3-dev")
+readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")

@@ -2,6 +2,7 @@
 // NAME.pb has the operators, NAME_init.pb the weights. Needs protozero, a header-only reader of protocol buffers, and exceptions.
 #pragma once
 
+#include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/networks/detail/caffe2_message.hpp>
 #include <ldi/nn/network_description.hpp>
@@ -28,16 +29,6 @@ namespace ldi {
 inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights);
 
 namespace detail::caffe2 {
-
-/// A name from the file, fit for a message: short, and printable.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t most = 80;
-    std::string result(name.substr(0, most));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > most ? "..." : "");
-}
 
 /// One operator, its arguments looked up and checked.
 class checked_operator {

@@ -1,0 +1,20 @@
+// Names that come out of files, in messages.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace ldi::detail {
+
+/// A name from a file, fit for a message: short, and in printable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t most = 80;
+    std::string result(name.substr(0, most));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > most ? "..." : "");
+}
+
+}  // namespace ldi::detail
