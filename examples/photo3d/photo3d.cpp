@@ -4,6 +4,7 @@
 #include "stage_pictures.hpp"
 
 #include <ldi/io/depth_map.hpp>
+#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/glb.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
@@ -28,13 +29,15 @@
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, depth, depth_model, stages, report;
+    std::filesystem::path photo, output, depth, depth_model, inpainting_model, stages, report;
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
-    std::string inpaint = "diffusion";
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F;
     int quality = 85;
+    std::string inpaint;  // empty: as there are weights or not
+
+    bool inpaints_by_network() const { return inpaint.empty() ? !inpainting_model.empty() : inpaint == "network"; }
 };
 
 void describe(CLI::App& app, arguments& a) {
@@ -52,8 +55,10 @@ void describe(CLI::App& app, arguments& a) {
     app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
         ->needs(depth);
     app.add_option("--depth-model", a.depth_model, "folder with tiefenrausch.pb and tiefenrausch_init.pb")->excludes(depth);
-    app.add_option("--inpaint", a.inpaint, "how hidden surfaces get their colours: diffusion")
-        ->check(CLI::IsMember({"diffusion"}));
+    app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors) of the network that colours hidden surfaces");
+    app.add_option("--inpaint", a.inpaint,
+                   "how hidden surfaces get their colours: network (the default where there are weights) or diffusion")
+        ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
         ->check(CLI::Range(16, 16384))
         ->capture_default_str();
@@ -67,7 +72,7 @@ void describe(CLI::App& app, arguments& a) {
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
-ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
+ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     ldi::photo3d_options options;
     options.long_side = a.long_side;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
@@ -78,27 +83,40 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
         options.focal_length_35mm =
             ldi::focal_length_from_field_of_view(a.field_of_view, w, h) / ldi::focal_length_from_35mm(1.0F, w, h);
     }
+    options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::metres;
+    options.normalize.is_inverse_depth = a.depth.empty() || a.is_inverse || options.normalize.is_metric;
+    return options;
+}
+
+template <ldi::colour_inpainter Inpainter>
+ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainter& inpainter, ldi::examples::stage_clock& clock) {
+    const ldi::photo3d_options options = options_for(a, photo);
     ldi::thread_pool threads(a.threads);
-    const ldi::diffusion_inpainter inpainter;
     if (!a.depth.empty()) {
         clock.begin("reading depth");
         ldi::depth_map_options map_options = a.depth_map;
         map_options.white_is_near = !a.near_is_black;
-        options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::metres;
-        options.normalize.is_inverse_depth = a.is_inverse || options.normalize.is_metric;
         const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
         ldi::check_fits(estimator.map, photo.colour, a.depth.string());
         return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
     }
-    if (a.depth_model.empty())
+    clock.begin("reading depth network");
+    const ldi::tiefenrausch estimator = ldi::load_tiefenrausch(a.depth_model);
+    return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+}
+
+ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
+    if (a.depth.empty() && a.depth_model.empty())
         ldi::raise(
             ldi::error_code::invalid_option, "photo3d",
             "--depth FILE or --depth-model DIR (the published network: git clone "
             "https://github.com/facebookresearch/one_shot_3d_photography, then --depth-model one_shot_3d_photography/model)",
             "neither");
-    clock.begin("reading depth network");
-    const ldi::tiefenrausch estimator = ldi::load_tiefenrausch(a.depth_model);
-    return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+    if (!a.inpaints_by_network()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
+    if (a.inpainting_model.empty()) ldi::raise(ldi::error_code::invalid_option, "photo3d", "--inpainting-model FILE", "none");
+    clock.begin("reading inpainting network");
+    const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model);
+    return convert(a, photo, inpainter, clock);
 }
 
 void run(const arguments& a) {
@@ -114,7 +132,8 @@ void run(const arguments& a) {
     const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
-    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, glb.size(), jpeg.size());
+    const std::string inpainting = a.inpaints_by_network() ? a.inpainting_model.string() : "diffusion";
+    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, inpainting, glb.size(), jpeg.size());
     if (!a.report.empty()) {
         const std::string text = report.dump(2) + "\n";
         ldi::write_file(a.report, std::as_bytes(std::span(text)));

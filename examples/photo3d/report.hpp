@@ -83,8 +83,10 @@ inline std::size_t layer_count(const graph& g) {
 }
 
 /// Figures of the result; file sizes in bytes.
-inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, std::size_t glb_bytes,
-                                          std::size_t jpeg_bytes) {
+///
+/// inpainting  what coloured the hidden surfaces
+inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& inpainting,
+                                          std::size_t glb_bytes, std::size_t jpeg_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -96,6 +98,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["height"] = height(result.photo);
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
+    report["inpainting"] = inpainting;
     report["layers"] = layer_count(result.layers.topology);
     report["curves"] = result.curves.size();
     report["charts"] = result.charts.charts.size();
@@ -130,6 +133,7 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     char fill[32];
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
+    line("inpainting by", report["inpainting"].get<std::string>());
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("jpeg_bytes") + " of them texture");
     line("peak memory", std::to_string(report["peak_memory_bytes"].get<std::size_t>() / 1'000'000) + " MB");

@@ -31,9 +31,12 @@
 #include <ldi/nn/convolution_plan.hpp>
 #include <ldi/nn/ldi_convolution.hpp>
 #include <ldi/nn/network_description.hpp>
+#include <ldi/nn/pixel_subset.hpp>
 #include <ldi/nn/quantized_network.hpp>
 #include <ldi/nn/upsample.hpp>
+#include <ldi/nn/weights.hpp>
 
+#include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 
 #include <ldi/depth/middle_components.hpp>

@@ -4890,6 +4890,53 @@ struct network_description {
 
 }  // namespace ldi
 
+// ---- ldi/nn/pixel_subset.hpp
+// Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
+// others.
+
+namespace ldi {
+
+/// Which pixels, and for each pixel of the graph its number among them.
+struct pixel_subset {
+    std::vector<std::int32_t> pixels;  ///< ascending
+    std::vector<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+
+    std::size_t size() const { return pixels.size(); }
+
+    /// Pixels whose place in `marks` is not 0.
+    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+        pixel_subset subset;
+        subset.row_of.assign(marks.size(), no_pixel);
+        for (std::size_t i = 0; i < marks.size(); ++i) {
+            if (marks[i] == 0) continue;
+            subset.row_of[i] = static_cast<std::int32_t>(subset.pixels.size());
+            subset.pixels.push_back(static_cast<std::int32_t>(i));
+        }
+        return subset;
+    }
+};
+
+/// The plan for tensors that hold rows of subsets only: the same windows, in the subsets' numbering.
+///
+/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
+    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
+        if (pixel == no_pixel) return;
+        pixel = subset.row_of[static_cast<std::size_t>(pixel)];
+        LDI_ASSERT(pixel != no_pixel);
+    };
+    // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
+    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
+    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
+    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
+    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
+    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    return plan;
+}
+
+}  // namespace ldi
+
 // ---- ldi/nn/detail/check_network.hpp
 // Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
 // used, and an error names the tensor.
@@ -5866,6 +5913,643 @@ inline std::vector<std::int32_t> needed_rows(std::span<const std::int32_t> pixel
 
 }  // namespace ldi
 
+// ---- ldi/core/detail/printable.hpp
+// Names that come out of files, in messages.
+
+namespace ldi::detail {
+
+/// A name from a file, fit for a message: short, and in printable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t most = 80;
+    std::string result(name.substr(0, most));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > most ? "..." : "");
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/nn/weights.hpp
+// What a weight file holds: named tensors, and text about them. io/safetensors.hpp reads it from a file; a network takes from it
+// what it needs, and every tensor's type and shape are checked when it is taken.
+
+#include <functional>
+#include <map>
+
+namespace ldi {
+
+/// Row-major values. Half-precision numbers of a file are here as float.
+struct tensor {
+    std::vector<std::size_t> shape;  ///< empty for a single value
+    std::variant<std::vector<float>, std::vector<std::int32_t>, std::vector<std::int8_t>, std::vector<std::uint8_t>> values;
+};
+
+/// Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+};
+
+/// "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const std::vector<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+namespace detail {
+template <class Scalar>
+constexpr std::string_view scalar_name() {
+    if constexpr (std::is_same_v<Scalar, float>) return "float";
+    if constexpr (std::is_same_v<Scalar, std::int32_t>) return "int32";
+    if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
+    if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
+}
+}  // namespace detail
+
+/// The values of the tensor `name`, which must be of this type and shape.
+///
+/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+template <class Scalar>
+const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
+                                         const std::vector<std::size_t>& shape) {
+    const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
+    const auto found = from.tensors.find(name);
+    if (found == from.tensors.end()) raise(error_code::mismatch, "tensor " + detail::printable(name), expected, "no such tensor");
+    const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
+    if (values == nullptr || found->second.shape != shape) {
+        const std::string_view type =
+            std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
+                       found->second.values);
+        raise(error_code::mismatch, "tensor " + detail::printable(name), expected,
+              std::string(type) + ", " + shape_text(found->second.shape));
+    }
+    return *values;
+}
+
+/// Errors: mismatch, naming the first tensor that is not among `names`.
+template <class Names>
+void check_no_others(const named_tensors& from, const Names& names) {
+    for (const auto& [name, values] : from.tensors) {
+        bool is_named = false;
+        for (const auto& known : names) is_named = is_named || known == name;
+        if (!is_named)
+            raise(error_code::mismatch, "tensor " + detail::printable(name), "only tensors that the network has", "one more");
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/networks/detail/farbrausch_work.hpp
+// What the inpainting network has to compute: the levels of detail of a layered depth image, and at each the pixels that the
+// wanted ones need, found backwards through the network.
+
+namespace ldi::detail {
+
+/// A level of detail, and what the network does there.
+struct farbrausch_level {
+    std::size_t pixel_count = 0;      ///< of the level's graph
+    std::vector<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    convolution_plan average;         ///< 3 x 3 windows of all pixels
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+
+    pixel_subset read;                        ///< where the network reads values: its input, or what the encoder makes of it
+    pixel_subset decoded;                     ///< where the decoder gives a result
+    convolution_plan encode;                  ///< from `read` here to `read` of the next level
+    convolution_plan decode;                  ///< from `read` to `decoded`
+    std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+};
+
+inline std::vector<std::uint8_t> marks_of(std::span<const std::int32_t> pixels, std::size_t count) {
+    std::vector<std::uint8_t> marks(count, 0);
+    for (const std::int32_t pixel : pixels) marks[static_cast<std::size_t>(pixel)] = 1;
+    return marks;
+}
+
+/// finest   level 0, in canonical order
+/// kernels  sizes of the encoder's convolutions, one a level
+/// wanted   where the network's result is asked for, one for each pixel of `finest`
+inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+                                                     std::span<const std::uint8_t> wanted) {
+    const std::size_t depth = kernels.size();
+    std::vector<farbrausch_level> levels(depth + 1);
+    std::vector<convolution_plan> encode(depth);
+    graph coarse;
+    for (std::size_t i = 0; i <= depth; ++i) {
+        const graph& g = i == 0 ? finest : coarse;
+        farbrausch_level& level = levels[i];
+        level.pixel_count = g.size();
+        level.average = plan_convolution(g, 3);
+        if (i == depth) break;
+        coarsened next = coarsen(g);
+        level.above = parents_in_group(g, next);
+        level.average_coarse = plan_convolution(g, 3, next);
+        if (kernels[i] != 3) encode[i] = plan_convolution(g, kernels[i], next);
+        coarse = std::move(next.topology);
+    }
+
+    // The decoder, from its result down to the coarsest level.
+    std::vector<std::vector<std::uint8_t>> read_marks(depth + 1);
+    levels[0].decoded = pixel_subset::marked(wanted);
+    for (std::size_t i = 0; i < depth; ++i) {
+        farbrausch_level& level = levels[i];
+        level.decode = restrict_to(level.average, level.decoded.pixels);
+        const std::vector<std::int32_t> read = needed_inputs(level.decode);
+        read_marks[i] = marks_of(read, level.pixel_count);
+        const std::size_t above_count = levels[i + 1].pixel_count;
+        levels[i + 1].decoded = pixel_subset::marked(marks_of(needed_rows(read, level.above, above_count), above_count));
+    }
+    // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
+    read_marks[depth] = marks_of(levels[depth].decoded.pixels, levels[depth].pixel_count);
+    levels[depth].read = pixel_subset::marked(read_marks[depth]);
+    for (std::size_t i = depth; i-- > 0;) {
+        farbrausch_level &level = levels[i], &next = levels[i + 1];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        encode[i] = {};
+        for (const std::int32_t pixel : needed_inputs(level.encode)) read_marks[i][static_cast<std::size_t>(pixel)] = 1;
+        level.read = pixel_subset::marked(read_marks[i]);
+        read_marks[i] = {};
+        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
+        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
+        level.decoded_above.reserve(level.read.size());
+        for (const std::int32_t pixel : level.read.pixels) {
+            const std::int32_t above = level.above[static_cast<std::size_t>(pixel)];
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[static_cast<std::size_t>(above)]);
+        }
+    }
+    return levels;
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/core/detail/four_floats.hpp
+// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang, x86 and Arm, know this type;
+// what they make of ordinary loops with comparisons in them depends on their version and flags.
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+namespace ldi::detail::lanes {
+
+using four_floats = float __attribute__((vector_size(16)));
+inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
+
+inline four_floats load(const float* from) {
+    four_floats v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
+
+#if defined(__SSE__)
+// GCC does not see that the comparisons below are one instruction each.
+inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
+inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
+#else
+inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a; }
+inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
+#endif
+
+}  // namespace ldi::detail::lanes
+
+// ---- ldi/networks/detail/smooth_fills.hpp
+// The smooth colours that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
+// image. examples/training/farbrausch/README.md says what they are, step by step.
+
+namespace ldi::detail {
+
+/// red, green, blue, and 1 where there is a colour; four zeros where there is none.
+using masked_colour = lanes::four_floats;
+
+/// Masked colours side by side.
+class masked_colours {
+public:
+    masked_colours() = default;
+    explicit masked_colours(std::size_t count) : values_(count * lanes::wide) {}
+
+    std::size_t size() const { return values_.size() / lanes::wide; }
+    masked_colour operator[](std::int32_t i) const { return lanes::load(at(i)); }
+    void set(std::int32_t i, masked_colour colour) { lanes::store(at(i), colour); }
+    bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
+    const float* at(std::int32_t i) const { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
+    float* at(std::int32_t i) { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
+    std::span<const float> values() const { return values_; }
+
+private:
+    aligned_vector<float> values_;
+};
+
+/// The average of `count = sum[3]` colours whose sum this is.
+inline masked_colour average_of(masked_colour sum) {
+    static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
+                                                       1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
+    const float reciprocal = reciprocals[static_cast<std::size_t>(sum[3])];
+    masked_colour average = sum * reciprocal;
+    average[3] = reciprocal > 0.0F ? 1.0F : 0.0F;
+    return average;
+}
+
+/// Calls `store(output, average)` for every output of a plan of 3 x 3 windows, with the average of those `value(pixel)` in its
+/// window that are colours. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
+template <executor Executor, class Value, class Store>
+void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
+    LDI_ASSERT(plan.kernel_size == 3);
+    parallel_for(threads, plan.segments.size(), 256, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t s = begin; s < end; ++s) {
+            const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
+            const auto column = [&](std::int32_t x) { return (value(upper + x) + value(middle + x)) + value(lower + x); };
+            const convolution_plan::segment segment = plan.segments[s];
+            masked_colour left = column(-1);
+            if (plan.stride == 2) {
+                for (std::int32_t i = 0; i < segment.count; ++i) {
+                    const masked_colour centre = column(2 * i), right = column(2 * i + 1);
+                    store(segment.first + i, average_of((left + centre) + right));
+                    left = right;
+                }
+                continue;
+            }
+            masked_colour centre = column(0);
+            for (std::int32_t i = 0; i < segment.count; ++i) {
+                const masked_colour right = column(i + 1);
+                store(segment.first + i, average_of((left + centre) + right));
+                left = centre, centre = right;
+            }
+        }
+    });
+    parallel_for(threads, plan.irregular.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t o = begin; o < end; ++o) {
+            const std::int32_t* const window = plan.windows.data() + 9 * o;
+            const auto at = [&](std::size_t element) {
+                return window[element] == no_pixel ? masked_colour{} : value(window[element]);
+            };
+            const auto column = [&](std::size_t x) { return (at(x) + at(3 + x)) + at(6 + x); };
+            store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
+        }
+    });
+}
+
+/// What the network starts from, in rows of `read` of level 0.
+struct smooth_fills {
+    masked_colours
+        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the colour is known, else 0
+    std::vector<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
+};
+
+template <executor Executor>
+class smooth_filler {
+public:
+    smooth_filler(const photo_layers& layers, std::vector<farbrausch_level>& levels, int growth, Executor& threads)
+        : colours_(layers.column<colour_column>()),
+          known_(layers.column<known_column>()),
+          levels_(levels),
+          growth_(growth),
+          threads_(threads) {
+        for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = static_cast<float>(v) / 255.0F;
+    }
+
+    smooth_fills run() {
+        const std::size_t depth = levels_.size() - 1;
+        std::vector<masked_colours> known(depth + 1);  // of level 0 it is the photo itself
+        for (std::size_t i = 0; i < depth; ++i) {
+            known[i + 1] = masked_colours(levels_[i + 1].pixel_count);
+            const auto store = [&](std::int32_t output, masked_colour c) { known[i + 1].set(output, c); };
+            if (i == 0)
+                average_windows(
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return photo(p); }, store);
+            else
+                average_windows(
+                    levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
+        }
+        masked_colours fill = known[depth];
+        spread(fill, levels_[depth].average, known[depth], growth_);
+        masked_colours tone = fill;
+        for (std::size_t i = depth - 1; i > 0; --i) {
+            fill = from_above(fill, levels_[i].above, known[i]);
+            spread(fill, levels_[i].average, known[i], 2 << i);
+            tone = average_from_above(tone, i, known[i]);
+            known[i] = {};
+        }
+        return finest(fill, tone);
+    }
+
+private:
+    masked_colour photo(std::int32_t pixel) const {
+        const std::size_t p = static_cast<std::size_t>(pixel);
+        if (known_[p] == 0) return masked_colour{};
+        return masked_colour{unit_[colours_[3 * p]], unit_[colours_[3 * p + 1]], unit_[colours_[3 * p + 2]], 1.0F};
+    }
+
+    /// What is known, and elsewhere the colour above.
+    masked_colours from_above(const masked_colours& coarse, const std::vector<std::int32_t>& above,
+                              const masked_colours& known) const {
+        masked_colours result = known;
+        parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                if (const std::int32_t p = static_cast<std::int32_t>(i); !known.has(p) && above[i] != no_pixel)
+                    result.set(p, coarse[above[i]]);
+        });
+        return result;
+    }
+
+    /// Averages what is not known, `passes` times.
+    void spread(masked_colours& colours, const convolution_plan& windows, const masked_colours& known, int passes) {
+        std::vector<std::int32_t> unknown;
+        for (std::size_t i = 0; i < known.size(); ++i)
+            if (!known.has(static_cast<std::int32_t>(i))) unknown.push_back(static_cast<std::int32_t>(i));
+        spread_at(colours, restrict_to(windows, unknown), passes);
+    }
+
+    void spread_at(masked_colours& colours, const convolution_plan& unknown, int passes) {
+        masked_colours next = colours;
+        for (int pass = 0; pass < passes; ++pass) {
+            average_windows(
+                unknown, threads_, [&](std::int32_t p) { return colours[p]; },
+                [&](std::int32_t output, masked_colour c) { next.set(output, c); });
+            std::swap(colours, next);
+        }
+    }
+
+    /// The colour above where there is one, else what is known; averaged once.
+    masked_colours average_from_above(const masked_colours& coarse, std::size_t level, const masked_colours& known) {
+        const std::vector<std::int32_t>& above = levels_[level].above;
+        masked_colours result(levels_[level].pixel_count);
+        average_windows(
+            levels_[level].average, threads_,
+            [&](std::int32_t p) { return above_or(coarse, above, p, [&] { return known[p]; }); },
+            [&](std::int32_t output, masked_colour c) { result.set(output, c); });
+        return result;
+    }
+
+    template <class Else>
+    static masked_colour above_or(const masked_colours& coarse, const std::vector<std::int32_t>& above, std::int32_t pixel,
+                                  Else&& otherwise) {
+        const std::int32_t from = above[static_cast<std::size_t>(pixel)];
+        if (from != no_pixel) {
+            const masked_colour colour = coarse[from];
+            if (colour[3] != 0.0F) return colour;
+        }
+        return otherwise();
+    }
+
+    /// Level 0, at the pixels that the network reads.
+    smooth_fills finest(const masked_colours& fill_above, const masked_colours& tone_above) {
+        const farbrausch_level& level = levels_[0];
+        const pixel_subset& read = level.read;
+        masked_colours fill(read.size());
+        std::vector<std::int32_t> unknown;
+        for (std::size_t row = 0; row < read.size(); ++row) {
+            const std::int32_t pixel = read.pixels[row], above = level.above[static_cast<std::size_t>(pixel)];
+            if (known_[static_cast<std::size_t>(pixel)] != 0)
+                fill.set(static_cast<std::int32_t>(row), photo(pixel));
+            else if (unknown.push_back(pixel); above != no_pixel)
+                fill.set(static_cast<std::int32_t>(row), fill_above[above]);
+        }
+        spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
+
+        smooth_fills result;
+        result.fill.reserve(3 * level.decoded.size());
+        for (const std::int32_t pixel : level.decoded.pixels) {
+            const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
+            const masked_colour colour = fill.has(row) ? fill[row] : mean();
+            result.fill.insert(result.fill.end(), {colour[0], colour[1], colour[2]});
+        }
+        average_windows(
+            restrict_to(level.average, read.pixels), threads_,
+            [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
+            [&](std::int32_t pixel, masked_colour tone) {
+                const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
+                masked_colour relative = (fill.has(row) ? fill[row] : mean()) - (tone[3] != 0.0F ? tone : mean());
+                relative[3] = known_[static_cast<std::size_t>(pixel)] != 0 ? 1.0F : 0.0F;
+                fill.set(row, relative);
+            });
+        result.input = std::move(fill);
+        return result;
+    }
+
+    /// The average of all known colours: few surfaces are so far from any that they need it.
+    masked_colour mean() {
+        std::call_once(mean_is_known_, [&] {
+            std::array<std::uint64_t, 3> sum{};
+            std::uint64_t count = 0;
+            for (std::size_t p = 0; p < known_.size(); ++p) {
+                if (known_[p] == 0) continue;
+                ++count;
+                for (std::size_t c = 0; c < 3; ++c) sum[c] += colours_[3 * p + c];
+            }
+            const double scale = 1.0 / (255.0 * static_cast<double>(std::max<std::uint64_t>(count, 1)));
+            for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(static_cast<double>(sum[c]) * scale);
+        });
+        return mean_;
+    }
+
+    const std::vector<std::uint8_t>&colours_, &known_;
+    std::vector<farbrausch_level>& levels_;
+    int growth_;
+    Executor& threads_;
+    std::array<float, 256> unit_{};
+    std::once_flag mean_is_known_;
+    masked_colour mean_{};
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/networks/farbrausch.hpp
+// Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
+// run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
+// io/farbrausch_file.hpp loads it from a file.
+
+namespace ldi {
+
+/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
+struct farbrausch_architecture {
+    std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
+    std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
+    int growth = 4;                                         ///< passes that carry colours on at the coarsest level
+    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
+};
+
+/// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+class farbrausch {
+public:
+    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`; the same for `decoder.I`,
+    /// which
+    ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in
+    /// target   the instruction set to pack weights for; results agree to rounding
+    ///
+    /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
+    /// that are not finite; unsupported for an architecture out of bounds.
+    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {}, isa target = best_isa());
+
+    /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set
+    /// watcher is told of progress as stage "colour inpainting"
+    template <executor Executor>
+    void inpaint(photo_layers& layers, Executor& threads, const observer& watcher = {}) const;
+
+    /// colour  H x W x 3, red, green, blue, 0 to 255
+    /// known   H x W x 1, 0 where the colour is to be inpainted
+    /// Returns the image with every colour that is not known inpainted: the same network on a single, fully linked layer.
+    template <executor Executor>
+    image<std::uint8_t> inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+                                const observer& watcher = {}) const;
+
+    /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
+    /// blue, in [0, 1] as it learned them.
+    ///
+    /// wanted  one a pixel; not 0 wherever known_column is 0
+    /// The bits of a pixel's result do not depend on which others are wanted.
+    template <executor Executor>
+    std::vector<float> colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+                               const observer& watcher = {}) const;
+
+    const farbrausch_architecture& architecture() const { return architecture_; }
+
+private:
+    static constexpr std::size_t input_channels = 4, output_channels = 3;
+    static constexpr std::size_t most_levels = 8, most_channels = 1024;
+    static constexpr int most_growth = 64;
+    static constexpr const char* stage_name = "colour inpainting";
+
+    /// Rows of channels; not set to zero first.
+    struct feature_map {
+        std::size_t rows = 0, channels = 0;
+        std::unique_ptr<float[]> values;
+
+        feature_map() = default;
+        feature_map(std::size_t row_count, std::size_t channel_count)
+            : rows(row_count), channels(channel_count), values(new float[row_count * channel_count]) {}
+        std::span<float> span() { return {values.get(), rows * channels}; }
+        std::span<const float> span() const { return {values.get(), rows * channels}; }
+    };
+
+    std::size_t depth() const { return architecture_.channels.size(); }
+    std::size_t skip_channels(std::size_t level) const { return level == 0 ? input_channels : architecture_.channels[level - 1]; }
+
+    static void check(const farbrausch_architecture& architecture);
+
+    farbrausch_architecture architecture_;
+    std::vector<conv_f32_weights> encoder_, decoder_;  // one a level: from it to the next, and back
+};
+
+inline void farbrausch::check(const farbrausch_architecture& a) {
+    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
+        if (!holds)
+            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
+    };
+    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
+           std::to_string(a.channels.size()));
+    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
+    for (const std::size_t count : a.channels)
+        expect(count >= 1 && count <= most_channels, "channels", "1 to 1024 each", std::to_string(count));
+    for (const std::int32_t size : a.kernels)
+        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+               std::to_string(size));
+    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+}
+
+inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, isa target)
+    : architecture_(std::move(architecture)) {
+    check(architecture_);
+    std::vector<std::string> names;
+    const auto take = [&](const std::string& name, std::vector<std::size_t> shape) -> const std::vector<float>& {
+        names.push_back(name);
+        const std::vector<float>& values = tensor_values<float>(weights, name, shape);
+        if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+        return values;
+    };
+    const auto stage = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::int32_t kernel,
+                           activation after) {
+        const std::size_t k = static_cast<std::size_t>(kernel);
+        const std::vector<float>& values = take(name + ".weight", {outputs, inputs, k, k});
+        return pack_convolution(target, values, take(name + ".bias", {outputs}), kernel, after);
+    };
+    for (std::size_t i = 0; i < depth(); ++i)
+        encoder_.push_back(
+            stage("encoder." + std::to_string(i), skip_channels(i), architecture_.channels[i], architecture_.kernels[i], relu));
+    decoder_.resize(depth());
+    for (std::size_t i = depth(); i-- > 0;)
+        decoder_[i] =
+            stage("decoder." + std::to_string(depth() - 1 - i), architecture_.channels[i] + skip_channels(i),
+                  i == 0 ? output_channels : skip_channels(i), 3, i == 0 ? no_activation : leaky_relu(architecture_.leak));
+    check_no_others(weights, names);
+}
+
+template <executor Executor>
+std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+                                       const observer& watcher) const {
+    LDI_ASSERT(wanted.size() == layers.size());
+    std::vector<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
+    watcher.report(stage_name, 0.1F);
+    detail::smooth_fills fills = detail::smooth_filler(layers, levels, architecture_.growth, threads).run();
+    for (detail::farbrausch_level& level : levels) {
+        level.average = level.average_coarse = {};
+        level.above = {};
+    }
+
+    // Progress by multiplications, roughly: the fine levels take most of the time.
+    float done = 0.2F;
+    const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
+    report();
+    std::vector<feature_map> encoded(depth() + 1);
+    const auto read = [&](std::size_t level) {
+        return convolution_source{
+            level == 0 ? fills.input.values() : std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
+    };
+    for (std::size_t i = 0; i < depth(); ++i) {
+        encoded[i + 1] = feature_map(levels[i + 1].read.size(), architecture_.channels[i]);
+        const convolution_source sources[] = {read(i)};
+        convolve_partially(levels[i].encode, encoder_[i], sources, encoded[i + 1].span(), {}, threads);
+        levels[i].encode = {};
+        report();
+    }
+    feature_map result = std::move(encoded[depth()]);
+    for (std::size_t i = depth(); i-- > 0;) {
+        const convolution_source sources[] = {{std::as_const(result).span(), result.channels, levels[i].decoded_above, {}},
+                                              read(i)};
+        feature_map finer(levels[i].decoded.size(), decoder_[i].outputs);
+        convolve_partially(levels[i].decode, decoder_[i], sources, finer.span(), {}, threads);
+        result = std::move(finer);
+        encoded[i] = {};
+        levels[i].decode = {};
+        report();
+    }
+    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += result.values[v];
+    return std::move(fills.fill);
+}
+
+template <executor Executor>
+void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer& watcher) const {
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    std::vector<std::uint8_t> wanted(known.size());
+    std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
+    const std::vector<float> values = colours(layers, wanted, threads, watcher);
+    std::vector<std::uint8_t>& colour = layers.column<colour_column>();
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
+            colour[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
+}
+
+template <executor Executor>
+image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+                                        const observer& watcher) const {
+    LDI_ASSERT(channels(colour) == 3 && channels(known) == 1 && height(colour) == height(known) && width(colour) == width(known));
+    photo_layers layers(make_grid(static_cast<std::int32_t>(width(colour)), static_cast<std::int32_t>(height(colour))));
+    std::copy(colour.begin(), colour.end(), layers.column<colour_column>().begin());
+    std::copy(known.begin(), known.end(), layers.column<known_column>().begin());
+    inpaint(layers, threads, watcher);
+    image<std::uint8_t> result = make_image<std::uint8_t>(height(colour), width(colour), 3);
+    std::copy(layers.column<colour_column>().begin(), layers.column<colour_column>().end(), result.begin());
+    return result;
+}
+
+}  // namespace ldi
+
 // ---- ldi/networks/detail/exponential.hpp
 // exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
 // (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
@@ -6269,38 +6953,6 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
 }
 
 }  // namespace ldi
-
-// ---- ldi/depth/detail/four_floats.hpp
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang, x86 and Arm, know this type;
-// what they make of ordinary loops with comparisons in them depends on their version and flags.
-
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
-
-namespace ldi::detail::lanes {
-
-using four_floats = float __attribute__((vector_size(16)));
-inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
-
-inline four_floats load(const float* from) {
-    four_floats v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-
-inline void store(float* to, four_floats v) { std::memcpy(to, &v, sizeof v); }
-
-#if defined(__SSE__)
-// GCC does not see that the comparisons below are one instruction each.
-inline four_floats smaller(four_floats a, four_floats b) { return _mm_min_ps(a, b); }
-inline four_floats larger(four_floats a, four_floats b) { return _mm_max_ps(a, b); }
-#else
-inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a; }
-inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
-#endif
-
-}  // namespace ldi::detail::lanes
 
 // ---- ldi/depth/resample.hpp
 // Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on colour edges: joint

@@ -87,7 +87,13 @@ def main():
         run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
         run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
         run("a senseless size", [small, *depth, "--size", "0"], ["--size"])
-        run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion"])
+        run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
+        weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
+        run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
+        run("a network that is not to be used", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
+        run("inpainting by no network", [small, *depth, "--inpaint", "network"], ["--inpainting-model"])
+        run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+        run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         model = os.path.join(SHARED, "tiefenrausch/model")
         if os.path.isdir(model):

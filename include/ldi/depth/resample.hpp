@@ -3,10 +3,10 @@
 // weighted mean next to depth edges, so that no values appear between the two sides.
 #pragma once
 
+#include <ldi/core/detail/four_floats.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/depth/detail/four_floats.hpp>
 
 #include <algorithm>
 #include <array>

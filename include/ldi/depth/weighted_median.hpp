@@ -7,10 +7,10 @@
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 #pragma once
 
+#include <ldi/core/detail/four_floats.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/depth/detail/four_floats.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,93 @@
+// What the inpainting network has to compute: the levels of detail of a layered depth image, and at each the pixels that the
+// wanted ones need, found backwards through the network.
+#pragma once
+
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/nn/convolution_plan.hpp>
+#include <ldi/nn/pixel_subset.hpp>
+#include <ldi/nn/upsample.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace ldi::detail {
+
+/// A level of detail, and what the network does there.
+struct farbrausch_level {
+    std::size_t pixel_count = 0;      ///< of the level's graph
+    std::vector<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    convolution_plan average;         ///< 3 x 3 windows of all pixels
+    convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
+
+    pixel_subset read;                        ///< where the network reads values: its input, or what the encoder makes of it
+    pixel_subset decoded;                     ///< where the decoder gives a result
+    convolution_plan encode;                  ///< from `read` here to `read` of the next level
+    convolution_plan decode;                  ///< from `read` to `decoded`
+    std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+};
+
+inline std::vector<std::uint8_t> marks_of(std::span<const std::int32_t> pixels, std::size_t count) {
+    std::vector<std::uint8_t> marks(count, 0);
+    for (const std::int32_t pixel : pixels) marks[static_cast<std::size_t>(pixel)] = 1;
+    return marks;
+}
+
+/// finest   level 0, in canonical order
+/// kernels  sizes of the encoder's convolutions, one a level
+/// wanted   where the network's result is asked for, one for each pixel of `finest`
+inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+                                                     std::span<const std::uint8_t> wanted) {
+    const std::size_t depth = kernels.size();
+    std::vector<farbrausch_level> levels(depth + 1);
+    std::vector<convolution_plan> encode(depth);
+    graph coarse;
+    for (std::size_t i = 0; i <= depth; ++i) {
+        const graph& g = i == 0 ? finest : coarse;
+        farbrausch_level& level = levels[i];
+        level.pixel_count = g.size();
+        level.average = plan_convolution(g, 3);
+        if (i == depth) break;
+        coarsened next = coarsen(g);
+        level.above = parents_in_group(g, next);
+        level.average_coarse = plan_convolution(g, 3, next);
+        if (kernels[i] != 3) encode[i] = plan_convolution(g, kernels[i], next);
+        coarse = std::move(next.topology);
+    }
+
+    // The decoder, from its result down to the coarsest level.
+    std::vector<std::vector<std::uint8_t>> read_marks(depth + 1);
+    levels[0].decoded = pixel_subset::marked(wanted);
+    for (std::size_t i = 0; i < depth; ++i) {
+        farbrausch_level& level = levels[i];
+        level.decode = restrict_to(level.average, level.decoded.pixels);
+        const std::vector<std::int32_t> read = needed_inputs(level.decode);
+        read_marks[i] = marks_of(read, level.pixel_count);
+        const std::size_t above_count = levels[i + 1].pixel_count;
+        levels[i + 1].decoded = pixel_subset::marked(marks_of(needed_rows(read, level.above, above_count), above_count));
+    }
+    // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
+    read_marks[depth] = marks_of(levels[depth].decoded.pixels, levels[depth].pixel_count);
+    levels[depth].read = pixel_subset::marked(read_marks[depth]);
+    for (std::size_t i = depth; i-- > 0;) {
+        farbrausch_level &level = levels[i], &next = levels[i + 1];
+        level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
+        encode[i] = {};
+        for (const std::int32_t pixel : needed_inputs(level.encode)) read_marks[i][static_cast<std::size_t>(pixel)] = 1;
+        level.read = pixel_subset::marked(read_marks[i]);
+        read_marks[i] = {};
+        level.encode = on_subsets(std::move(level.encode), next.read, level.read);
+        level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
+        level.decoded_above.reserve(level.read.size());
+        for (const std::int32_t pixel : level.read.pixels) {
+            const std::int32_t above = level.above[static_cast<std::size_t>(pixel)];
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[static_cast<std::size_t>(above)]);
+        }
+    }
+    return levels;
+}
+
+}  // namespace ldi::detail

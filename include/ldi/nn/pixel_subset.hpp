@@ -1,0 +1,56 @@
+// Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
+// others.
+#pragma once
+
+#include <ldi/config.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/nn/convolution_plan.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// Which pixels, and for each pixel of the graph its number among them.
+struct pixel_subset {
+    std::vector<std::int32_t> pixels;  ///< ascending
+    std::vector<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+
+    std::size_t size() const { return pixels.size(); }
+
+    /// Pixels whose place in `marks` is not 0.
+    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+        pixel_subset subset;
+        subset.row_of.assign(marks.size(), no_pixel);
+        for (std::size_t i = 0; i < marks.size(); ++i) {
+            if (marks[i] == 0) continue;
+            subset.row_of[i] = static_cast<std::int32_t>(subset.pixels.size());
+            subset.pixels.push_back(static_cast<std::int32_t>(i));
+        }
+        return subset;
+    }
+};
+
+/// The plan for tensors that hold rows of subsets only: the same windows, in the subsets' numbering.
+///
+/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
+    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
+        if (pixel == no_pixel) return;
+        pixel = subset.row_of[static_cast<std::size_t>(pixel)];
+        LDI_ASSERT(pixel != no_pixel);
+    };
+    // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
+    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
+    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
+    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
+    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
+    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    return plan;
+}
+
+}  // namespace ldi

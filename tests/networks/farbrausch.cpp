@@ -1,0 +1,239 @@
+#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/networks/farbrausch.hpp>
+
+#include "tests/networks/reference_farbrausch.hpp"
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#ifndef LDI_SOURCE_DIR
+#define LDI_SOURCE_DIR "."
+#endif
+
+using namespace ldi;
+
+namespace {
+
+serial_executor one_thread;
+
+const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "tests/networks/files";
+
+/// Weights that tests/networks/files/farbrausch.py computes too: a hash of their index.
+std::vector<float> hashed(std::uint64_t tensor_index, std::size_t count, double spread) {
+    std::vector<float> values(count);
+    for (std::uint64_t n = 0; n < count; ++n) {
+        std::uint64_t h = (n * 2654435761U + tensor_index * 40503U + 12345U) & 0xFFFFFFFFU;
+        h ^= h >> 15;
+        h = (h * 2246822519U) & 0xFFFFFFFFU;
+        h ^= h >> 13;
+        values[n] = static_cast<float>((static_cast<double>(h) / 2147483648.0 - 1.0) * spread);
+    }
+    return values;
+}
+
+named_tensors hashed_weights(const farbrausch_architecture& a) {
+    named_tensors weights;
+    std::uint64_t index = 0;
+    const auto add = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::size_t k) {
+        const double fan_in = static_cast<double>(inputs * k * k);
+        weights.tensors[name + ".weight"] = {{outputs, inputs, k, k},
+                                             hashed(index++, outputs * inputs * k * k, 2.0 / std::sqrt(fan_in))};
+        weights.tensors[name + ".bias"] = {{outputs}, hashed(index++, outputs, 0.1)};
+    };
+    const std::size_t depth = a.channels.size();
+    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
+    for (std::size_t i = 0; i < depth; ++i)
+        add("encoder." + std::to_string(i), skip(i), a.channels[i], static_cast<std::size_t>(a.kernels[i]));
+    for (std::size_t j = 0; j < depth; ++j) {
+        const std::size_t i = depth - 1 - j;
+        add("decoder." + std::to_string(j), a.channels[i] + skip(i), i == 0 ? 3 : skip(i), 3);
+    }
+    return weights;
+}
+
+const farbrausch_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
+
+/// An image with holes, as PyTorch got it, and what came out.
+struct golden_case {
+    photo_layers layers;
+    std::vector<float> output;      ///< of the pixels that are not known
+    std::vector<float> fill, tone;  ///< of all pixels; may be empty
+};
+
+golden_case read_case(const std::string& name) {
+    const named_tensors file = load_safetensors(folder / ("farbrausch_" + name + ".safetensors"));
+    const std::vector<std::size_t> shape = file.tensors.at("image").shape;
+    const std::vector<std::uint8_t>&image = tensor_values<std::uint8_t>(file, "image", shape),
+          &known = tensor_values<std::uint8_t>(file, "known", {shape[1], shape[2]}),
+          &exists = tensor_values<std::uint8_t>(file, "exists", {shape[1], shape[2]});
+    graph g = make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]));
+    std::vector<std::int32_t> order;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        const std::int32_t pixel = static_cast<std::int32_t>(i);
+        if (exists[i] != 0) order.push_back(pixel);
+        for (const side s : all_sides)
+            if (exists[i] == 0) g.unlink(pixel, s);
+    }
+    const std::size_t count = order.size();
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (exists[i] == 0) order.push_back(static_cast<std::int32_t>(i));
+    g = reordered(g, order);
+    g.resize(count);
+
+    golden_case result{photo_layers(g), {}, {}, {}};
+    std::size_t holes = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t p = static_cast<std::size_t>(order[i]);
+        result.layers.column<known_column>()[i] = known[p];
+        if (known[p] == 0) ++holes;
+        for (std::size_t c = 0; c < 3; ++c) result.layers.column<colour_column>()[3 * i + c] = image[c * shape[1] * shape[2] + p];
+    }
+    result.output = tensor_values<float>(file, "output", {holes, 3});
+    if (file.tensors.contains("fill")) {
+        result.fill = tensor_values<float>(file, "fill", {count, 3});
+        result.tone = tensor_values<float>(file, "tone", {count, 3});
+    }
+    return result;
+}
+
+std::vector<std::uint8_t> unknown_of(const photo_layers& layers) {
+    std::vector<std::uint8_t> wanted;
+    for (const std::uint8_t k : layers.column<known_column>()) wanted.push_back(k == 0 ? 1 : 0);
+    return wanted;
+}
+
+std::vector<float> run(const farbrausch& network, const photo_layers& layers) {
+    return network.colours(layers, unknown_of(layers), one_thread);
+}
+
+template <class A, class B>
+double largest_difference(const A& a, const B& b) {
+    REQUIRE(a.size() == b.size());
+    double largest = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        largest = std::max(largest, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    return largest;
+}
+
+test::reference_result reference(const named_tensors& weights, const farbrausch_architecture& a, const photo_layers& layers) {
+    std::vector<double> colour;
+    for (const std::uint8_t c : layers.column<colour_column>()) colour.push_back(c / 255.0);
+    return test::reference_farbrausch(weights, a).run(layers.topology, colour, layers.column<known_column>());
+}
+
+/// A random layered image, some of it unknown.
+photo_layers random_layers(std::mt19937& random, std::int32_t side) {
+    photo_layers layers(testing::random_graph(random, side).topology);
+    for (std::uint8_t& c : layers.column<colour_column>()) c = static_cast<std::uint8_t>(testing::below(random, 256));
+    const std::int32_t percent = testing::below(random, 101);
+    for (std::uint8_t& k : layers.column<known_column>()) k = testing::chance(random, percent) ? 1 : 0;
+    return layers;
+}
+
+/// The rows of `all` (three values a pixel) whose pixels are marked.
+template <class Value>
+std::vector<Value> rows_of(const std::vector<Value>& all, const std::vector<std::uint8_t>& marks) {
+    std::vector<Value> result;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i] != 0)
+            result.insert(result.end(), all.begin() + static_cast<std::ptrdiff_t>(3 * i),
+                          all.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("on images with holes the network gives what PyTorch gives") {
+    const farbrausch few = load_farbrausch(folder / "farbrausch_weights.safetensors");
+    CHECK(few.architecture().channels == std::vector<std::size_t>{6, 8, 10, 12, 14});
+    CHECK(few.architecture().kernels == std::vector<std::int32_t>{7, 5, 5, 3, 3});
+    const golden_case whole = read_case("whole"), cut = read_case("cut"), large = read_case("large");
+    CHECK(largest_difference(run(few, whole.layers), whole.output) < 1e-4);
+    CHECK(largest_difference(run(few, cut.layers), cut.output) < 1e-4);
+    const farbrausch all(hashed_weights({}));
+    CHECK(largest_difference(run(all, large.layers), large.output) < 1e-4);
+}
+
+TEST_CASE("the reference of these tests gives what PyTorch gives") {
+    const golden_case cut = read_case("cut");
+    const named_tensors weights = load_safetensors(folder / "farbrausch_weights.safetensors");
+    const auto expected = reference(weights, {{6, 8, 10, 12, 14}, {7, 5, 5, 3, 3}, 4, 0.2F}, cut.layers);
+    CHECK(largest_difference(expected.fill, cut.fill) < 1e-5);
+    CHECK(largest_difference(expected.tone, cut.tone) < 1e-5);
+    CHECK(largest_difference(rows_of(expected.output, unknown_of(cut.layers)), cut.output) < 1e-4);
+}
+
+TEST_CASE("two surfaces in one layered image are inpainted as each of them alone") {
+    const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
+    const golden_case a = read_case("whole"), b = read_case("cut");
+    graph both = a.layers.topology;
+    const std::int32_t shift = static_cast<std::int32_t>(both.size());
+    both.width = std::max(both.width, b.layers.topology.width), both.height = std::max(both.height, b.layers.topology.height);
+    for (std::size_t i = 0; i < b.layers.size(); ++i) both.add_pixel(b.layers.topology.x[i], b.layers.topology.y[i]);
+    for (const side s : all_sides)
+        for (std::size_t i = 0; i < b.layers.size(); ++i)
+            if (const std::int32_t to = b.layers.topology.neighbours(s)[i]; to != no_pixel)
+                both.neighbours(s)[static_cast<std::size_t>(shift) + i] = shift + to;
+    photo_layers layers(both);
+    std::copy(b.layers.column<colour_column>().begin(), b.layers.column<colour_column>().end(),
+              std::copy(a.layers.column<colour_column>().begin(), a.layers.column<colour_column>().end(),
+                        layers.column<colour_column>().begin()));
+    std::copy(b.layers.column<known_column>().begin(), b.layers.column<known_column>().end(),
+              std::copy(a.layers.column<known_column>().begin(), a.layers.column<known_column>().end(),
+                        layers.column<known_column>().begin()));
+    const std::vector<std::int32_t> order = canonical_order(both);
+    layers.reorder(order);
+
+    const std::vector<float> result = run(network, layers);
+    std::vector<float> of_a(a.output.size()), of_b(b.output.size());
+    std::vector<std::size_t> place;  // of each unknown pixel of the two among the unknown ones of its own image
+    std::size_t count_a = 0, count_b = 0;
+    for (const std::uint8_t k : a.layers.column<known_column>()) place.push_back(k == 0 ? count_a++ : 0);
+    for (const std::uint8_t k : b.layers.column<known_column>()) place.push_back(k == 0 ? count_b++ : 0);
+    std::size_t next = 0;
+    for (const std::int32_t from : order) {
+        const std::size_t i = static_cast<std::size_t>(from);
+        const bool is_a = from < shift;
+        const std::uint8_t known =
+            is_a ? a.layers.column<known_column>()[i] : b.layers.column<known_column>()[i - a.layers.size()];
+        if (known != 0) continue;
+        for (std::size_t c = 0; c < 3; ++c) (is_a ? of_a : of_b)[3 * place[i] + c] = result[next++];
+    }
+    CHECK(largest_difference(of_a, a.output) < 1e-4);
+    CHECK(largest_difference(of_b, b.output) < 1e-4);
+}
+
+TEST_CASE("on layered images of every kind the network computes what its description says") {
+    const named_tensors weights = hashed_weights(small);
+    const farbrausch network(weights, small);
+    std::mt19937 random(60);
+    for (int i = 0; i < 150; ++i) {
+        const photo_layers layers = random_layers(random, 24);
+        const auto expected = reference(weights, small, layers);
+        REQUIRE(largest_difference(run(network, layers), rows_of(expected.output, unknown_of(layers))) < 1e-4);
+    }
+}
+
+TEST_CASE("what nobody asks for is not computed, and changes not a bit of the rest") {
+    const farbrausch network(hashed_weights(small), small);
+    std::mt19937 random(61);
+    for (int i = 0; i < 150; ++i) {
+        const photo_layers layers = random_layers(random, 40);
+        const std::vector<float> all = network.colours(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+        REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
+    }
+}
+
+TEST_CASE("the number of threads changes nothing") {
+    const farbrausch network(hashed_weights(small), small);
+    thread_pool threads(3);
+    std::mt19937 random(62);
+    for (int i = 0; i < 20; ++i) {
+        const photo_layers layers = random_layers(random, 60);
+        REQUIRE(run(network, layers) == network.colours(layers, unknown_of(layers), threads));
+    }
+}

@@ -1,0 +1,186 @@
+// The inpainting network as examples/training/farbrausch/README.md words it, step by step, one window at a time, every pixel
+// computed, in double precision. Slow, and the reference for what is fast.
+#pragma once
+
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/window.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/nn/weights.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi::test {
+
+/// What the network makes of colours: K x 3 each, 0 to 1.
+struct reference_result {
+    std::vector<double> fill, tone, output;
+};
+
+class reference_farbrausch {
+public:
+    reference_farbrausch(const named_tensors& weights, farbrausch_architecture architecture)
+        : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
+
+    /// colour  K x 3; known  K of 0 or 1
+    reference_result run(const graph& finest, const std::vector<double>& colour, const std::vector<std::uint8_t>& known) {
+        graphs_ = {finest};
+        kept_.clear(), above_.clear();
+        for (std::size_t i = 0; i < levels_; ++i) {
+            const coarsened next = coarsen(graphs_.back());
+            kept_.push_back(next.kept);
+            above_.push_back(corners(graphs_.back(), next.kept));
+            graphs_.push_back(next.topology);
+        }
+        colours_.assign(levels_ + 1, {});
+        for (std::size_t p = 0; p < finest.size(); ++p)
+            colours_[0].push_back(known[p] != 0 ? pixel{colour[3 * p], colour[3 * p + 1], colour[3 * p + 2], 1.0} : pixel{});
+        for (std::size_t i = 0; i < levels_; ++i)
+            for (const std::int32_t p : kept_[i]) colours_[i + 1].push_back(average(graphs_[i], colours_[i], p));
+        std::vector<pixel> fill = colours_[levels_];
+        spread(fill, levels_, architecture_.growth);
+        std::vector<pixel> tone = fill;
+        for (std::size_t i = levels_; i-- > 0;) {
+            std::vector<pixel> finer_fill = colours_[i], finer_tone = colours_[i];
+            for (std::size_t p = 0; p < graphs_[i].size(); ++p) {
+                const std::int32_t from = above_[i][p];
+                if (from == no_pixel) continue;
+                if (finer_fill[p][3] == 0.0) finer_fill[p] = fill[static_cast<std::size_t>(from)];
+                if (tone[static_cast<std::size_t>(from)][3] != 0.0) finer_tone[p] = tone[static_cast<std::size_t>(from)];
+            }
+            spread(finer_fill, i, 2 << i);
+            fill = std::move(finer_fill);
+            tone.resize(graphs_[i].size());
+            for (std::size_t p = 0; p < tone.size(); ++p) tone[p] = average(graphs_[i], finer_tone, static_cast<std::int32_t>(p));
+        }
+        pixel mean{};
+        for (const pixel& c : colours_[0])
+            for (std::size_t k = 0; k < 4; ++k) mean[k] += c[k];
+        for (std::size_t k = 0; k < 3; ++k) mean[k] /= std::max(mean[3], 1.0);
+
+        reference_result result;
+        std::vector<std::vector<double>> skips(1);
+        for (std::size_t p = 0; p < finest.size(); ++p) {
+            const pixel f = fill[p][3] != 0.0 ? fill[p] : mean, t = tone[p][3] != 0.0 ? tone[p] : mean;
+            for (std::size_t k = 0; k < 3; ++k) {
+                result.fill.push_back(f[k]), result.tone.push_back(t[k]);
+                skips[0].push_back(f[k] - t[k]);
+            }
+            skips[0].push_back(known[p]);
+        }
+        std::size_t c_in = 4;
+        for (std::size_t i = 0; i < levels_; ++i) {
+            const std::size_t c_out = architecture_.channels[i];
+            std::vector<double> values;
+            for (const std::int32_t p : kept_[i]) {
+                const std::vector<double> row =
+                    convolved("encoder." + std::to_string(i), i, p, architecture_.kernels[i], c_out, {}, 0, skips[i], c_in);
+                for (double v : row) values.push_back(v > 0.0 ? v : 0.0);
+            }
+            skips.push_back(std::move(values));
+            c_in = c_out;
+        }
+        std::vector<double> y = skips.back();
+        for (std::size_t j = 0; j < levels_; ++j) {
+            const std::size_t i = levels_ - 1 - j, c_skip = i == 0 ? 4 : architecture_.channels[i - 1],
+                              c_out = i == 0 ? 3 : c_skip;
+            std::vector<double> values;
+            for (std::size_t p = 0; p < graphs_[i].size(); ++p)
+                for (double v : convolved("decoder." + std::to_string(j), i, static_cast<std::int32_t>(p), 3, c_out, y, c_in,
+                                          skips[i], c_skip))
+                    values.push_back(i == 0 || v > 0.0 ? v : double{architecture_.leak} * v);
+            y = std::move(values);
+            c_in = c_out;
+        }
+        for (std::size_t v = 0; v < y.size(); ++v) result.output.push_back(result.fill[v] + y[v]);
+        return result;
+    }
+
+private:
+    using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a colour
+
+    /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
+    static std::vector<std::int32_t> corners(const graph& g, const std::vector<std::int32_t>& kept) {
+        std::vector<std::int32_t> coarse(g.size(), no_pixel), result(g.size(), no_pixel);
+        for (std::size_t i = 0; i < kept.size(); ++i) coarse[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
+        for (std::size_t p = 0; p < g.size(); ++p) {
+            std::vector<std::int32_t> seen{static_cast<std::int32_t>(p)};
+            for (std::size_t next = 0; next < seen.size() && result[p] == no_pixel; ++next) {
+                const std::size_t at = static_cast<std::size_t>(seen[next]);
+                if (g.x[at] % 2 == 0 && g.y[at] % 2 == 0) result[p] = coarse[at];
+                for (const side s : all_sides) {
+                    const std::int32_t to = g.neighbours(s)[at];
+                    if (to == no_pixel) continue;
+                    const std::size_t t = static_cast<std::size_t>(to);
+                    if (g.x[t] / 2 == g.x[p] / 2 && g.y[t] / 2 == g.y[p] / 2 &&
+                        std::find(seen.begin(), seen.end(), to) == seen.end())
+                        seen.push_back(to);
+                }
+            }
+        }
+        return result;
+    }
+
+    static pixel average(const graph& g, const std::vector<pixel>& values, std::int32_t at) {
+        std::array<std::int32_t, 9> window;
+        gather_window(g, at, 3, window);
+        pixel sum{};
+        for (const std::int32_t p : window)
+            for (std::size_t k = 0; p != no_pixel && k < 4; ++k) sum[k] += values[static_cast<std::size_t>(p)][k];
+        if (sum[3] == 0.0) return {};
+        return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0};
+    }
+
+    void spread(std::vector<pixel>& values, std::size_t level, int passes) const {
+        for (int pass = 0; pass < passes; ++pass) {
+            const std::vector<pixel> before = values;
+            for (std::size_t p = 0; p < values.size(); ++p)
+                values[p] = colours_[level][p][3] != 0.0 ? colours_[level][p]
+                                                         : average(graphs_[level], before, static_cast<std::int32_t>(p));
+        }
+    }
+
+    /// up: of the pixels of the next level, c_up channels; skip: of this level.
+    std::vector<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel,
+                                  std::size_t c_out, const std::vector<double>& up, std::size_t c_up,
+                                  const std::vector<double>& skip, std::size_t c_skip) const {
+        const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = c_up + c_skip;
+        const std::vector<float>& w = tensor_values<float>(
+            weights_, name + ".weight", {c_out, c_in, static_cast<std::size_t>(kernel), static_cast<std::size_t>(kernel)});
+        const std::vector<float>& b = tensor_values<float>(weights_, name + ".bias", {c_out});
+        std::vector<std::int32_t> window(elements);
+        gather_window(graphs_[level], at, kernel, window);
+        std::vector<double> sums(c_out, 0.0);
+        double count = 0.0;
+        for (std::size_t e = 0; e < elements; ++e) {
+            if (window[e] == no_pixel) continue;
+            const std::size_t p = static_cast<std::size_t>(window[e]);
+            const std::int32_t parent = c_up == 0 ? no_pixel : above_[level][p];
+            count += static_cast<double>(c_skip) + (parent == no_pixel ? 0.0 : static_cast<double>(c_up));
+            for (std::size_t o = 0; o < c_out; ++o) {
+                const float* const row = w.data() + (o * c_in) * elements + e;
+                if (parent != no_pixel)
+                    for (std::size_t c = 0; c < c_up; ++c)
+                        sums[o] += double{row[c * elements]} * up[static_cast<std::size_t>(parent) * c_up + c];
+                for (std::size_t c = 0; c < c_skip; ++c) sums[o] += double{row[(c_up + c) * elements]} * skip[p * c_skip + c];
+            }
+        }
+        for (std::size_t o = 0; o < c_out; ++o) sums[o] = sums[o] * static_cast<double>(c_in * elements) / count + double{b[o]};
+        return sums;
+    }
+
+    const named_tensors& weights_;
+    farbrausch_architecture architecture_;
+    std::size_t levels_;
+    std::vector<graph> graphs_;
+    std::vector<std::vector<std::int32_t>> kept_, above_;
+    std::vector<std::vector<pixel>> colours_;
+};
+
+}  // namespace ldi::test
