@@ -6,6 +6,8 @@
 // addition.
 #pragma once
 
+#include <ldi/kernels/conv_f32_avx2.hpp>
+#include <ldi/kernels/conv_f32_avx512.hpp>
 #include <ldi/kernels/conv_f32_scalar.hpp>
 #include <ldi/kernels/detail/conv_f32_weights.hpp>
 
@@ -14,6 +16,7 @@
 
 namespace ldi {
 
+/// target   to pack for, one that is_available()
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
 /// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
@@ -27,8 +30,13 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    packed.target = isa::scalar;
-    scalar::pack_conv_f32(packed, weights, bias);
+    switch (target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
+        case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
+#endif
+        default: scalar::pack_conv_f32(packed, weights, bias); break;
+    }
     return packed;
 }
 
@@ -40,7 +48,13 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+    switch (weights.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+        case isa::avx2: return avx2::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+        default: return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+    }
 }
 
 }  // namespace ldi

@@ -13,8 +13,7 @@ namespace ldi::scalar {
 inline constexpr std::size_t conv_panel = 8;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    for (std::size_t o = 0; o < packed.outputs; o += conv_panel)
-        detail::append_conv_f32_panel(packed, weights, bias, o, conv_panel);
+    detail::append_conv_f32_panels(packed, weights, bias, conv_panel, 1);
 }
 
 /// The sums of `pixels` pixels with one panel of weights.

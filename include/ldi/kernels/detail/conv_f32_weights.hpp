@@ -3,6 +3,7 @@
 
 #include <ldi/config.hpp>
 #include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
@@ -27,19 +28,43 @@ struct conv_f32_weights {
     detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
 };
 
+/// What a kernel reads for one panel of outputs.
+struct conv_panel_input {
+    const float* const* rows;
+    std::size_t row_count, inputs, pixel_stride;
+    const float* weights;
+};
+
+/// What a kernel does with the sums of one panel.
+struct conv_panel_output {
+    const float *bias, *ratios;
+    float negative_slope;
+    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t count;   ///< outputs from here on, to the last of the layer
+    float* values;
+
+    /// Goes on to the next panel.
+    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
+};
+
 namespace detail {
 
-/// Appends the weights of `lanes` outputs from `first` on, and their bias: row by row, input by input, the outputs side by side;
-/// zeros behind the last output.
+/// Panel by panel, row by row, input by input: the weights of a panel's outputs side by side, zeros behind the last one.
 ///
 /// weights  outputs x rows x inputs, row-major
-inline void append_conv_f32_panel(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                                  std::size_t first, std::size_t lanes) {
+inline void append_conv_f32_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                                   std::size_t lanes, std::size_t most_vectors) {
+    const panel_cut cut(packed.outputs, lanes, most_vectors);
     const std::size_t inputs = packed.rows * packed.inputs;
-    for (std::size_t i = 0; i < inputs; ++i)
-        for (std::size_t o = first; o < first + lanes; ++o)
-            packed.values.push_back(o < packed.outputs ? weights[o * inputs + i] : 0.0F);
-    for (std::size_t o = first; o < first + lanes; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t last = first + cut.vectors_in(panel) * lanes;
+        for (std::size_t i = 0; i < inputs; ++i)
+            for (std::size_t o = first; o < last; ++o)
+                packed.values.push_back(o < packed.outputs ? weights[o * inputs + i] : 0.0F);
+        for (std::size_t o = first; o < last; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+        first = last;
+    }
 }
 
 }  // namespace detail

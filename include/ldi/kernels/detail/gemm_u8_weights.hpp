@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
@@ -87,19 +88,6 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
         if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
     }
 }
-
-/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
-struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
-
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
-        const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
-        vectors = (all + panels - 1) / panels;
-        larger = panels - (vectors * panels - all);
-    }
-    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
-};
 
 }  // namespace detail
 }  // namespace ldi

@@ -1,0 +1,21 @@
+// How the outputs of a matrix product or a convolution are shared out among tiles.
+#pragma once
+
+#include <cstddef>
+
+namespace ldi::detail {
+
+/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}  // namespace ldi::detail
