@@ -37,7 +37,7 @@ pinned() { taskset -c "$processor" "$@"; }
 ours() {
     pinned "$PEERS_OUT/ours" --benchmark_filter='network 384x288/threads:1/' --benchmark_min_time=0 \
         --benchmark_repetitions=15 --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
-        awk -F, '/_median/ { print $3 }'
+        awk -F, '/_median/ { print $3, $8 }'  # milliseconds and the label, which names the instruction set
 }
 onnx_runtime() { (cd "$PEERS_OUT" && pinned node node_bench.mjs 1 9 columns qlinear_u8s8) | sed -n 's/.* med *\([0-9.]*\).*/\1/p'; }
 one_dnn() {
@@ -57,7 +57,7 @@ done
 mine=$(median "$times/ours")
 fastest=
 printf '%-32s %9s %8s\n' "384x288, int8, one thread" "ms" "ratio"
-printf '%-32s %9.2f\n' "ldi, ${LDI_ISA:-best instruction set}" "$mine"
+printf '%-32s %9.2f\n' "ldi, $(awk 'END { gsub(/"/, "", $2); print $2 }' "$times/ours")" "$mine"
 for peer in onnx_runtime one_dnn; do
     theirs=$(median "$times/$peer")
     printf '%-32s %9.2f %8.3f\n' "$peer" "$theirs" "$(awk "BEGIN { print $mine / $theirs }")"

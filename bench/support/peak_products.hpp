@@ -1,6 +1,7 @@
 // What the processor can multiply at most: the instruction at the heart of the 8-bit kernels with everything in registers.
 #pragma once
 
+#include <ldi/kernels/gemm_u8_amx.hpp>
 #include <ldi/kernels/isa.hpp>
 
 #include <algorithm>
@@ -40,6 +41,24 @@ inline void multiply_avx2(long count) {
 }
 LDI_END_TARGET
 #endif
+#if LDI_HAS_AMX_KERNELS
+LDI_BEGIN_TARGET(LDI_AMX_FEATURES)
+inline void multiply_amx(long count) {
+    const ldi::float_requantization not_used;
+    ldi::amx::tile_unit unit{not_used};
+    ldi::detail::tile_configuration full;
+    for (int tile = 0; tile < 8; ++tile) full.rows[tile] = 16, full.row_bytes[tile] = 64;
+    unit.configure(full);  // all zero from then on
+    for (; count > 0; --count) {
+        unit.multiply_add<0, 4, 6>();
+        unit.multiply_add<1, 4, 7>();
+        unit.multiply_add<2, 5, 6>();
+        unit.multiply_add<3, 5, 7>();
+    }
+    unit.release();
+}
+LDI_END_TARGET
+#endif
 
 /// Multiplications a second that the instruction at the heart of the kernels reaches with everything in registers; 0 if unknown.
 inline double peak_products([[maybe_unused]] ldi::isa set) {
@@ -49,6 +68,9 @@ inline double peak_products([[maybe_unused]] ldi::isa set) {
     double products = 0;
     if (set == ldi::isa::avx512vnni) multiply = multiply_vnni, products = count * 12.0 * 64;
     if (set == ldi::isa::avx2) multiply = multiply_avx2, products = count * 8.0 * 16;
+#if LDI_HAS_AMX_KERNELS
+    if (set == ldi::isa::amx_int8) multiply = multiply_amx, products = count * 4.0 * 16 * 64 * 16;
+#endif
     double best = 0;
     for (int i = 0; multiply != nullptr && i < 200; ++i) {
         const auto start = std::chrono::steady_clock::now();

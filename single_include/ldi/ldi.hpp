@@ -3703,9 +3703,9 @@ private:
 // ---- ldi/kernels/gemm_u8_amx.hpp
 // kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
 //
-// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eleven times less than vpdpbusd needs for it. Requantising takes
-// AVX-512 some 3 cycles for 16 sums, 192 for the 64 vectors of four tiles of sums; up to 192 inputs (3 x 64 cycles) it is the
-// longer of the two, and runs while the tile unit multiplies.
+// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantising takes
+// AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is the longer of
+// the two, and runs while the tile unit multiplies.
 
 #if LDI_HAS_AMX_KERNELS
 
@@ -3746,45 +3746,69 @@ struct tile_unit {
     void requantize(const detail::tile_sums& sums);
 };
 
+/// The bytes of four vectors of sums, one vector after the other.
+template <class Requantizer>
+[[gnu::always_inline]] inline __m512i requantize_four(const Requantizer& requantize, const std::int32_t* a, const std::int32_t* b,
+                                                      const std::int32_t* c, const std::int32_t* d) {
+    return avx512vnni::swap_lanes(requantize.pack_lanes(requantize(_mm512_load_si512(a)), requantize(_mm512_load_si512(b)),
+                                                        requantize(_mm512_load_si512(c)), requantize(_mm512_load_si512(d))));
+}
+
 /// 32 sums of each pixel, two pixels at a time.
-inline void requantize_wide(const avx512vnni::requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
-    const std::int32_t* values = sums.values + tile * sums.rows * sums.row_sums;
+template <class Requantizer>
+inline void requantize_wide(const Requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
+    constexpr std::size_t row_sums = detail::tiled_outputs, half = detail::tile_outputs;
+    const std::int32_t* values = sums.values + tile * sums.rows * row_sums;
     std::uint8_t* result = sums.results[tile];
+    const std::size_t outputs = sums.outputs, rows = sums.rows;
     const auto mask = static_cast<__mmask32>(avx512vnni::first_bytes(sums.used));
-    for (std::size_t row = 0; row < sums.rows; row += 2, values += 64, result += 2 * sums.outputs) {
-        const bool has_second = row + 1 < sums.rows;
-        const std::int32_t* const second = has_second ? values + 32 : values;
-        const __m512i bytes = avx512vnni::swap_lanes(
-            requantize.pack_lanes(requantize(_mm512_load_si512(values)), requantize(_mm512_load_si512(values + 16)),
-                                  requantize(_mm512_load_si512(second)), requantize(_mm512_load_si512(second + 16))));
-        _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
-        if (has_second) _mm256_mask_storeu_epi8(result + sums.outputs, mask, _mm512_extracti64x4_epi64(bytes, 1));
+    std::size_t row = 0;
+    for (; row + 2 <= rows; row += 2, values += 2 * row_sums, result += 2 * outputs) {
+        const __m512i bytes = requantize_four(requantize, values, values + half, values + row_sums, values + row_sums + half);
+        if (outputs == row_sums) {
+            _mm512_storeu_si512(result, bytes);
+        } else {
+            _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
+            _mm256_mask_storeu_epi8(result + outputs, mask, _mm512_extracti64x4_epi64(bytes, 1));
+        }
     }
+    if (row == rows) return;
+    const __m512i bytes = requantize_four(requantize, values, values + half, values, values + half);
+    _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
 }
 
 /// 16 sums of each pixel, four pixels at a time; behind the last pixel, the last once more.
-inline void requantize_narrow(const avx512vnni::requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
-    const std::int32_t* const values = sums.values + tile * sums.rows * sums.row_sums;
+template <class Requantizer>
+inline void requantize_narrow(const Requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
+    constexpr std::size_t row_sums = detail::tile_outputs;
+    const std::int32_t* const values = sums.values + tile * sums.rows * row_sums;
+    std::uint8_t* const result = sums.results[tile];
+    const std::size_t outputs = sums.outputs, last = sums.rows - 1;
     const auto mask = static_cast<__mmask16>(avx512vnni::first_bytes(sums.used));
-    for (std::size_t row = 0; row < sums.rows; row += 4) {
-        const std::size_t last = sums.rows - 1;
-        const std::size_t rows[4] = {row, row + 1 < last ? row + 1 : last, row + 2 < last ? row + 2 : last,
-                                     row + 3 < last ? row + 3 : last};
-        const __m512i bytes = avx512vnni::swap_lanes(requantize.pack_lanes(
-            requantize(_mm512_load_si512(values + 16 * rows[0])), requantize(_mm512_load_si512(values + 16 * rows[1])),
-            requantize(_mm512_load_si512(values + 16 * rows[2])), requantize(_mm512_load_si512(values + 16 * rows[3]))));
-        std::uint8_t* const result = sums.results[tile];
-        _mm_mask_storeu_epi8(result + rows[0] * sums.outputs, mask, _mm512_castsi512_si128(bytes));
-        _mm_mask_storeu_epi8(result + rows[1] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 1));
-        _mm_mask_storeu_epi8(result + rows[2] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 2));
-        _mm_mask_storeu_epi8(result + rows[3] * sums.outputs, mask, _mm512_extracti32x4_epi32(bytes, 3));
+    for (std::size_t row = 0; row <= last; row += 4) {
+        const std::size_t second = row + 1 < last ? row + 1 : last, third = row + 2 < last ? row + 2 : last,
+                          fourth = row + 3 < last ? row + 3 : last;
+        const __m512i bytes = requantize_four(requantize, values + row * row_sums, values + second * row_sums,
+                                              values + third * row_sums, values + fourth * row_sums);
+        _mm_mask_storeu_epi8(result + row * outputs, mask, _mm512_castsi512_si128(bytes));
+        _mm_mask_storeu_epi8(result + second * outputs, mask, _mm512_extracti32x4_epi32(bytes, 1));
+        _mm_mask_storeu_epi8(result + third * outputs, mask, _mm512_extracti32x4_epi32(bytes, 2));
+        _mm_mask_storeu_epi8(result + fourth * outputs, mask, _mm512_extracti32x4_epi32(bytes, 3));
     }
 }
 
+template <class Requantizer>
+inline void requantize_tiles(const float_requantization& output, const detail::tile_sums& sums) {
+    const Requantizer requantize(output);
+    for (std::size_t tile = 0; tile < 2; ++tile)
+        sums.row_sums == detail::tiled_outputs ? requantize_wide(requantize, sums, tile)
+                                               : requantize_narrow(requantize, sums, tile);
+}
+
 inline void tile_unit::requantize(const detail::tile_sums& sums) {
-    const avx512vnni::requantizer to_bytes(output);
-    for (std::size_t tile = 0; tile < 2 && sums.rows > 0; ++tile)
-        sums.row_sums == 32 ? requantize_wide(to_bytes, sums, tile) : requantize_narrow(to_bytes, sums, tile);
+    if (sums.rows == 0) return;
+    output.zero_point == 0 ? requantize_tiles<avx512vnni::rectifier>(output, sums)
+                           : requantize_tiles<avx512vnni::requantizer>(output, sums);
 }
 
 /// Flattened so that the instructions, which only functions of this region may hold, come to stand in the loops of the product.
