@@ -2609,12 +2609,12 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     conv_f32_weights packed;
-    packed.target = target;
+    packed.target = without_tiles(target);
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    switch (target) {
+    switch (packed.target) {
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
         case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
@@ -3703,9 +3703,9 @@ private:
 // ---- ldi/kernels/gemm_u8_amx.hpp
 // kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
 //
-// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantising takes
-// AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is the longer of
-// the two, and runs while the tile unit multiplies.
+// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantising
+// takes AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is
+// the longer of the two, and runs while the tile unit multiplies.
 
 #if LDI_HAS_AMX_KERNELS
 

@@ -1,6 +1,7 @@
 // AMX is rare, so its matrix product is tested three ways: on every machine with its tiles in software, with what compilers make
 // of it wherever there is AVX-512 VNNI but no AMX, and on AMX itself by tests/kernels/gemm_u8.cpp.
 #include <ldi/kernels/add_u8.hpp>
+#include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>
 #include <tests/support/emulated_tiles.hpp>
@@ -228,6 +229,8 @@ TEST_CASE("where matrix products are packed for AMX, everything else is for AVX-
     CHECK(packed(bias) == ldi::isa::amx_int8);
     CHECK(packed(one_bias) == ldi::isa::avx512vnni);  // a single output
     CHECK(ldi::pack_depthwise_u8(ldi::isa::amx_int8, weights, 128, bias, 1, 5, output).target == ldi::isa::avx512vnni);
+    const std::vector<float> real_weights(9 * 20, 0.5F), real_bias(20, 1.0F);
+    CHECK(ldi::pack_conv_f32(ldi::isa::amx_int8, real_weights, real_bias, 3, {}).target == ldi::isa::avx512vnni);
     if (!ldi::is_available(ldi::isa::avx512vnni)) return;  // preparing an addition adds
     const ldi::quantized_addition sum = ldi::make_quantized_addition({0.05001F, 3}, {0.07003F, 4}, {0.09007F, 5});
     CHECK(ldi::prepare_add_u8(ldi::isa::amx_int8, sum).target == ldi::isa::avx512vnni);

@@ -25,12 +25,12 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     conv_f32_weights packed;
-    packed.target = target;
+    packed.target = without_tiles(target);
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    switch (target) {
+    switch (packed.target) {
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
         case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
