@@ -1978,13 +1978,17 @@ struct adder {
     }
 
 private:
+    /// Clang would convert what it knows to be positive as unsigned, which costs eight instructions of x86 instead of one.
+    [[gnu::always_inline]] static v128_t to_float(v128_t values) {
+        asm("" : "+r"(values));
+        return wasm_f32x4_convert_i32x4(values);
+    }
     [[gnu::always_inline]] v128_t eight(v128_t a, v128_t b) const {
         return wasm_i16x8_narrow_i32x4(four(wasm_u32x4_extend_low_u16x8(a), wasm_u32x4_extend_low_u16x8(b)),
                                        four(wasm_u32x4_extend_high_u16x8(a), wasm_u32x4_extend_high_u16x8(b)));
     }
     [[gnu::always_inline]] v128_t four(v128_t a, v128_t b) const {
-        const v128_t x = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(a), a_scale);
-        const v128_t y = wasm_f32x4_mul(wasm_f32x4_convert_i32x4(b), b_scale);
+        const v128_t x = wasm_f32x4_mul(to_float(a), a_scale), y = wasm_f32x4_mul(to_float(b), b_scale);
         return wasm_i32x4_sub(wasm_f32x4_add(wasm_f32x4_add(x, wasm_f32x4_add(y, offset)), magic), magic_bits);
     }
 };
@@ -3333,54 +3337,6 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-/// Three rows and what lies outside of them.
-struct depthwise_rows {
-    std::uint8_t outside[depthwise_block];
-    const std::uint8_t* rows[3];
-    std::size_t moves[3];  // all bits, or none for a row that is outside
-    std::size_t channels, width, repeat;
-
-    depthwise_rows(const depthwise_u8_weights& weights, const std::uint8_t* const from[3], std::size_t stored_width,
-                   std::size_t repeated)
-        : channels(weights.channels), width(stored_width), repeat(repeated) {
-        std::memset(outside, weights.padding, sizeof outside);
-        for (std::size_t r = 0; r < 3; ++r) {
-            rows[r] = from[r] == nullptr ? outside : from[r];
-            moves[r] = from[r] == nullptr ? 0 : ~std::size_t{0};
-        }
-    }
-
-    /// 16 channels, or as many as there are.
-    [[gnu::always_inline]] v128_t load(const std::uint8_t* from) const {
-        if (channels >= depthwise_block) return wasm_v128_load(from);
-        std::uint8_t bytes[depthwise_block] = {};
-        std::memcpy(bytes, from, channels);
-        return wasm_v128_load(bytes);
-    }
-};
-
-/// One after the other the columns of the enlarged rows, for 16 channels.
-struct depthwise_column {
-    const depthwise_rows& rows;
-    std::size_t column, repeated, offset;  // column plus one
-
-    depthwise_column(const depthwise_rows& from, std::size_t first, std::size_t first_channel)
-        : rows(from),
-          column(first),
-          repeated(first == 0 ? 0 : (first - 1) % from.repeat),
-          offset((first == 0 ? 0 : (first - 1) / from.repeat) * from.channels + first_channel) {}
-
-    [[gnu::always_inline]] v128_t row(std::size_t r) const {
-        if (column == 0 || column > rows.width * rows.repeat) return wasm_v128_load(rows.outside);
-        return rows.load(rows.rows[r] + (offset & rows.moves[r]));
-    }
-    [[gnu::always_inline]] void move_on() {
-        if (column++ == 0 || ++repeated < rows.repeat) return;
-        repeated = 0;
-        offset += rows.channels;
-    }
-};
-
 /// 16 channels of two rows or columns to pairs of 16-bit values.
 [[gnu::always_inline]] inline void store_pairs(v128_t a, v128_t b, std::int16_t* to) {
     const v128_t low = wasm_i8x16_shuffle(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
@@ -3391,55 +3347,130 @@ struct depthwise_column {
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-inline void fill_slots(const depthwise_rows& rows, std::size_t first, std::size_t count, std::size_t first_channel,
-                       std::int16_t* slot) {
-    depthwise_column column(rows, first, first_channel);
-    v128_t third = column.row(2);
-    for (const std::int16_t* const end = slot + count * depthwise_slot; slot < end; slot += depthwise_slot) {
-        store_pairs(column.row(0), column.row(1), slot);
-        column.move_on();
-        const v128_t next = column.row(2);
-        store_pairs(third, next, slot + depthwise_slot / 2);
-        third = next;
+/// Lays columns out one after the other. The slot before the first one is overwritten.
+struct slot_writer {
+    std::int16_t* slot;
+    v128_t third = wasm_i32x4_splat(0);  // row of the column before
+
+    [[gnu::always_inline]] void operator()(v128_t a, v128_t b, v128_t c) {
+        store_pairs(third, c, slot - depthwise_slot / 2);
+        store_pairs(a, b, slot);
+        third = c;
+        slot += depthwise_slot;
+    }
+    /// The last column's neighbour has weight 0.
+    void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
+};
+
+/// 16 channels, or as many as there are.
+template <bool all>
+[[gnu::always_inline]] inline v128_t load_channels(const std::uint8_t* from, std::size_t channels) {
+    if (all) return wasm_v128_load(from);
+    std::uint8_t bytes[depthwise_block] = {};
+    std::memcpy(bytes, from, channels);
+    return wasm_v128_load(bytes);
+}
+
+/// Some rows of an image, enlarged.
+struct depthwise_rows {
+    const std::uint8_t* rows[3];  // nullptr for one that is outside
+    std::size_t channels, width, repeat;
+    std::uint8_t padding;
+};
+
+/// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
+template <bool all>
+inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
+                       std::int16_t* slots) {
+    const v128_t outside = wasm_u8x16_splat(from.padding);
+    std::uint8_t padding[depthwise_block];
+    wasm_v128_store(padding, outside);
+    const std::size_t begin = first == 0 ? 0 : first - 1, enlarged = from.width * from.repeat;
+    const std::size_t end = first + count - 1 < enlarged ? first + count - 1 : enlarged;
+    const std::size_t offset = begin / from.repeat * from.channels + first_channel;
+    const auto at = [&](std::size_t r) { return from.rows[r] == nullptr ? padding : from.rows[r] + offset; };
+    const auto move = [&](std::size_t r) { return from.rows[r] == nullptr ? 0 : from.channels; };
+    const std::uint8_t *a = at(0), *b = at(1), *c = at(2);
+    const std::size_t a_move = move(0), b_move = move(1), c_move = move(2);
+    slot_writer write{slots};
+    if (first == 0) write(outside, outside, outside);
+    std::size_t repeated = begin % from.repeat;
+    for (std::size_t column = begin; column < end; ++column) {
+        write(load_channels<all>(a, from.channels), load_channels<all>(b, from.channels), load_channels<all>(c, from.channels));
+        if (++repeated < from.repeat) continue;
+        repeated = 0, a += a_move, b += b_move, c += c_move;
+    }
+    if (end < first + count - 1) write(outside, outside, outside);
+    write.end();
+}
+
+/// The weights of 4 channels.
+struct depthwise_vector {
+    v128_t bias, dots[depthwise_dots];
+
+    depthwise_vector(const depthwise_u8_weights& weights, std::size_t vector)
+        : bias(wasm_v128_load(weights.bias.data() + vector * 4)),
+          dots{load(weights, vector, 0), load(weights, vector, 1), load(weights, vector, 2), load(weights, vector, 3),
+               load(weights, vector, 4)} {}
+
+    [[gnu::always_inline]] v128_t sums(const std::int16_t* slot) const {
+        constexpr std::size_t third = depthwise_slot / 2;
+        const v128_t outer = wasm_i32x4_add(dot<0>(slot), dot<2>(slot + 2 * depthwise_slot));
+        const v128_t row = wasm_i32x4_add(dot<3>(slot + third), dot<4>(slot + 2 * depthwise_slot + third));
+        return wasm_i32x4_add(wasm_i32x4_add(bias, dot<1>(slot + depthwise_slot)), wasm_i32x4_add(outer, row));
+    }
+
+private:
+    static v128_t load(const depthwise_u8_weights& weights, std::size_t vector, std::size_t dot) {
+        return wasm_v128_load(weights.wide.data() + (vector * depthwise_dots + dot) * 8);
+    }
+    template <std::size_t i>
+    [[gnu::always_inline]] v128_t dot(const std::int16_t* values) const {
+        return wasm_i32x4_dot_i16x8(wasm_v128_load(values), dots[i]);
+    }
+};
+
+template <bool positive>
+inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slots,
+                                std::size_t count, std::uint8_t* result) {
+    const requantizer<positive> requantize(weights.fast);
+    const depthwise_vector w(weights, vector);
+    const std::size_t slot = weights.stride * depthwise_slot, channels = weights.channels;
+    const std::size_t first_channel = vector * 4 % depthwise_block;
+    const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
+    if (held == 4) {
+        for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
+            const v128_t values = requantize(w.sums(slots));
+            wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
+        }
+        return;
+    }
+    for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
+        const v128_t values = requantize(w.sums(slots));
+        store_first(result, narrow(values, values, values, values), held);
     }
 }
 
-/// The sums of 4 channels.
-[[gnu::always_inline]] inline v128_t depthwise_sum(const std::int16_t* slot, const std::int16_t* weights, v128_t sums) {
-    constexpr std::size_t third = depthwise_slot / 2;
-    const auto dot = [slot, weights](std::size_t at, std::size_t w) {
-        return wasm_i32x4_dot_i16x8(wasm_v128_load(slot + at), wasm_v128_load(weights + w * 8));
-    };
-    sums = wasm_i32x4_add(sums, dot(0, 0));
-    sums = wasm_i32x4_add(sums, dot(depthwise_slot, 1));
-    sums = wasm_i32x4_add(sums, dot(2 * depthwise_slot, 2));
-    sums = wasm_i32x4_add(sums, dot(third, 3));
-    return wasm_i32x4_add(sums, dot(2 * depthwise_slot + third, 4));
-}
-
-template <bool positive>
 inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwise_rows& rows, std::size_t result_width,
                              std::uint8_t* result) {
+    static constexpr void (*functions[])(const depthwise_u8_weights&, std::size_t, const std::int16_t*, std::size_t,
+                                         std::uint8_t*) = {depthwise_u8_vector<false>, depthwise_u8_vector<true>};
+    static constexpr void (*fill_functions[])(const depthwise_rows&, std::size_t, std::size_t, std::size_t, std::int16_t*) = {
+        fill_slots<false>, fill_slots<true>};
+    const auto function = functions[weights.output.zero_point == 0];
+    const auto fill = fill_functions[weights.channels >= depthwise_block];
     const std::size_t channels = weights.channels, stride = weights.stride;
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
     const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
-    const requantizer<positive> requantize(weights.fast);
-    alignas(16) std::int16_t slots[depthwise_most_slots * depthwise_slot];
+    alignas(16) std::int16_t memory[(1 + depthwise_most_slots) * depthwise_slot];
+    std::int16_t* const slots = memory + depthwise_slot;
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t count = result_width - first < most ? result_width - first : most;
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
-            fill_slots(rows, first * stride, (count - 1) * stride + 3, start, slots);
-            const std::int16_t* const w = weights.wide.data() + block * 4 * depthwise_dots * 8;
-            const std::int32_t* const bias = weights.bias.data() + block * depthwise_block;
-            const std::int16_t* slot = slots;
-            std::uint8_t* to = result + first * channels + start;
-            for (std::size_t x = 0; x < count; ++x, slot += stride * depthwise_slot, to += channels) {
-                const auto four = [&](std::size_t i) {
-                    return requantize(depthwise_sum(slot + i * 8, w + i * depthwise_dots * 8, wasm_v128_load(bias + i * 4)));
-                };
-                store_first(to, narrow(four(0), four(1), four(2), four(3)), held);
-            }
+            fill(rows, first * stride, (count - 1) * stride + 3, start, slots);
+            for (std::size_t c = 0; c < held; c += 4)
+                function(weights, (block * depthwise_block + c) / 4, slots + c * 2, count, result + first * channels + start + c);
         }
     }
 }
@@ -3447,10 +3478,8 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
     const std::size_t result_width = (width * repeat - 1) / weights.stride + 1;
-    const depthwise_rows from(weights, rows, width, repeat);
-    static constexpr void (*row_functions[])(const depthwise_u8_weights&, const depthwise_rows&, std::size_t, std::uint8_t*) = {
-        depthwise_u8_row<false>, depthwise_u8_row<true>};
-    row_functions[weights.output.zero_point == 0](weights, from, result_width, result);
+    const depthwise_rows from{{rows[0], rows[1], rows[2]}, weights.channels, width, repeat, weights.padding};
+    depthwise_u8_row(weights, from, result_width, result);
 }
 
 }  // namespace ldi::wasm_simd128
@@ -4299,13 +4328,14 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
 // As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
-// by the load, shared by the vectors of the panel. Engines have 15 registers to give: 10 sums, 2 vectors of weights, 2 of inputs.
+// by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads first: 8 sums, 2
+// vectors of weights, 4 of inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi::wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 5, gemm_group = 2;
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
 
 /// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
@@ -4348,7 +4378,7 @@ struct widened_pixels {
           // Windows that overlap or lie side by side stay so.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
-        const std::size_t fit = (segment_stride - pairs * gemm_group) / pixel_stride + 1;
+        const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
         most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
     }
 

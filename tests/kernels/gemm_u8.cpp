@@ -91,6 +91,17 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
     CHECK(packed_as_asked > sets.size() * 1990);
 }
 
+TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
+    ldi_test::random_bytes random;
+    for (int round = 0; round < 40; ++round) {
+        const std::size_t inputs = round % 2 == 0 ? 16 * random.size_in(1, 8) : random.size_in(2, 100);
+        product p = any_product(random, random.size_in(1, 3), inputs, random.size_in(2, 9), random.size_in(100, 1100));
+        if (round % 4 >= 2) p.stride = random.size_in(1, static_cast<int>(inputs));
+        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        for (ldi::isa set : ldi_test::available_isas()) CHECK((p.compute(p.pack(set)) == expected));
+    }
+}
+
 TEST_CASE("weights that an instruction set cannot hold, and scales that float cannot follow, are packed for a slower one") {
     ldi_test::random_bytes random;
     for (ldi::isa set : ldi_test::available_isas()) {

@@ -1,7 +1,8 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
 // As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
-// by the load, shared by the vectors of the panel. Engines have 15 registers to give: 10 sums, 2 vectors of weights, 2 of inputs.
+// by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads first: 8 sums, 2
+// vectors of weights, 4 of inputs.
 #pragma once
 
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
@@ -17,7 +18,7 @@
 
 namespace ldi::wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 5, gemm_group = 2;
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
 
 /// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
@@ -60,7 +61,7 @@ struct widened_pixels {
           // Windows that overlap or lie side by side stay so.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
-        const std::size_t fit = (segment_stride - pairs * gemm_group) / pixel_stride + 1;
+        const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
         most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
     }
 
