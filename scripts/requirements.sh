@@ -1,4 +1,5 @@
-# Sourced by tests/run.sh, examples/photo3d/run.sh and .ci/run: finds out what is missing on this machine and installs it.
+# Sourced by tests/run.sh, tests/emulated/*.sh, examples/photo3d/run.sh and .ci/run: finds out what is missing on this machine and
+# installs it.
 #
 #   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME",
 #                     or "library NAME" for one that belongs to clang.
@@ -17,6 +18,7 @@ readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
+readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.

@@ -1,4 +1,4 @@
-# Sourced by tests/run.sh and .ci/run: runs things, and counts what passed and what failed.
+# Sourced by tests/run.sh, tests/emulated/*.sh and .ci/run: runs things, and counts what passed and what failed.
 #
 #   build_and_test PRESET [CMAKE_OPTION...]   every CTest test of a preset counts; a build that fails counts as one failure.
 #                                             Tests whose label matches exclude_labels, if set, are left out.

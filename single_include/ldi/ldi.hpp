@@ -1283,6 +1283,13 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_HAS_AMX_KERNELS 0
 #endif
 
+#if defined(__AARCH64EL__) && defined(__GNUC__)
+#define LDI_HAS_ARM_KERNELS 1
+#include <arm_neon.h>
+#else
+#define LDI_HAS_ARM_KERNELS 0
+#endif
+
 #if defined(__wasm_simd128__)
 #define LDI_HAS_WASM_KERNELS 1
 #include <wasm_simd128.h>
@@ -1296,13 +1303,14 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
-// g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
-// every sum of a matrix product to the stack and halves its speed.
-#define LDI_BEGIN_TARGET(features)          \
-    LDI_PRAGMA(GCC push_options)            \
-    LDI_PRAGMA(GCC target(features))        \
-    LDI_PRAGMA(GCC optimize("no-tree-pre")) \
-    LDI_PRAGMA(GCC diagnostic push)         \
+// g++ 12 warns of values that its own intrinsics leave undefined on purpose. Its elimination of partial redundancies copies every
+// sum of a matrix product to the stack and halves its speed; its scheduling before registers are given out, on by default for
+// Arm, loads all weights of a tile ahead and has to store them again.
+#define LDI_BEGIN_TARGET(features)                            \
+    LDI_PRAGMA(GCC push_options)                              \
+    LDI_PRAGMA(GCC target(features))                          \
+    LDI_PRAGMA(GCC optimize("no-tree-pre,no-schedule-insns")) \
+    LDI_PRAGMA(GCC diagnostic push)                           \
     LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
 #define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
 #endif
@@ -1311,6 +1319,11 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
+#endif
+#if LDI_HAS_ARM_KERNELS && defined(__clang__)
+#define LDI_NEON_FEATURES "dotprod"
+#elif LDI_HAS_ARM_KERNELS
+#define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
 #endif
 
 // ---- ldi/kernels/detail/amx_permission.hpp
@@ -1363,22 +1376,59 @@ inline bool may_use_amx() {
 
 #endif
 
+// ---- ldi/kernels/detail/dot_product_extension.hpp
+// Whether this 64-bit Arm processor has the dot product extension: optional since Armv8.2, in phones since 2018, in every Apple
+// M.
+
+#if LDI_HAS_ARM_KERNELS
+
+#if defined(__linux__)
+#include <asm/hwcap.h>
+#include <sys/auxv.h>
+#elif defined(__APPLE__)
+#include <sys/sysctl.h>
+
+#endif
+
+namespace ldi::detail {
+
+/// Where there is no way of asking, whether the compiler's flags promise it.
+inline bool has_dot_product_extension() {
+#if defined(__linux__)
+    return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
+#elif defined(__APPLE__)
+    int found = 0;
+    std::size_t size = sizeof found;
+    return sysctlbyname("hw.optional.arm.FEAT_DotProd", &found, &size, nullptr, 0) == 0 && found != 0;
+#elif defined(__ARM_FEATURE_DOTPROD)
+    return true;
+#else
+    return false;
+#endif
+}
+
+}  // namespace ldi::detail
+
+#endif
+
 // ---- ldi/kernels/isa.hpp
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, wasm) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, neon, wasm) forces one, for tests and benchmarks.
 
 namespace ldi {
 
 enum class isa {
-    scalar,        ///< portable C++, and the reference in tests
-    avx2,          ///< AVX2 and FMA
-    avx512vnni,    ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,      ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
-    wasm_simd128,  ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+    scalar,            ///< portable C++, and the reference in tests
+    avx2,              ///< AVX2 and FMA
+    avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,          ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    neon_dot_product,  ///< 64-bit Arm with the dot product extension
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
 
 /// Slowest first.
-inline constexpr std::array all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8, isa::wasm_simd128};
+inline constexpr std::array all_isas{isa::scalar,           isa::avx2,        isa::avx512vnni, isa::amx_int8,
+                                     isa::neon_dot_product, isa::wasm_simd128};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -1387,6 +1437,7 @@ constexpr std::string_view to_string(isa set) {
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
         case isa::amx_int8: return "amx";
+        case isa::neon_dot_product: return "neon";
         case isa::wasm_simd128: return "wasm";
     }
     return "unknown";
@@ -1407,6 +1458,9 @@ inline bool is_available(isa set) {
 #endif
 #if LDI_HAS_AMX_KERNELS
         case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return detail::has_dot_product_extension();
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return true;
@@ -1541,7 +1595,7 @@ namespace ldi {
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
-    /// Not used by scalar: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 
@@ -1887,6 +1941,164 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/kernels/detail/lanes_neon.hpp
+// What the NEON kernels share: the dot product, and from sums of 32 bits to 8-bit values. NEON has instructions for each step of
+// the integer requantisation (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
+// values. It is exact for every scale.
+
+#if LDI_HAS_ARM_KERNELS
+
+namespace ldi::neon {
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+// In assembly, because clang before 16 has the intrinsics only where the whole translation unit is compiled for them.
+
+/// Adds to each of 4 sums its four products of signed bytes.
+[[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
+    asm("sdot %0.4s, %1.16b, %2.16b" : "+w"(sums) : "w"(a), "w"(b));
+    return sums;
+}
+
+/// The same, every sum with the same four bytes of b: `4 * lane` and up.
+template <int lane>
+[[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
+    asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
+    return sums;
+}
+
+// Functions, because clang's vld1q are macros that no parameter pack can stand in.
+[[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
+[[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
+
+/// Activations less 128: what sdot multiplies is signed. Biases make up for it.
+[[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
+    return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
+}
+
+/// detail::rounding_shift() and detail::offset_and_clamp() in registers.
+struct rounding_shifter {
+    int32x4_t shift, away_from_zero;
+    int16x8_t zero_point;
+
+    rounding_shifter(std::int32_t right, std::int32_t zero)
+        : shift(vdupq_n_s32(-right)),
+          away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
+          zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
+
+    /// srshl rounds halves up; those below zero go down if 1 is taken away from negative values before.
+    [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
+        return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
+    }
+
+    [[gnu::always_inline]] uint8x16_t operator()(int32x4_t a, int32x4_t b, int32x4_t c, int32x4_t d) const {
+        const int16x8_t low = vqmovn_high_s32(vqmovn_s32((*this)(a)), (*this)(b));
+        const int16x8_t high = vqmovn_high_s32(vqmovn_s32((*this)(c)), (*this)(d));
+        return vqmovun_high_s16(vqmovun_s16(vqaddq_s16(low, zero_point)), vqaddq_s16(high, zero_point));
+    }
+};
+
+/// requantize() in registers.
+struct requantizer {
+    int32x4_t multiplier;
+    rounding_shifter round;
+
+    explicit requantizer(const requantization& r) : multiplier(vdupq_n_s32(r.multiplier)), round(r.shift, r.zero_point) {}
+
+    [[gnu::always_inline]] uint8x16_t operator()(int32x4_t a, int32x4_t b, int32x4_t c, int32x4_t d) const {
+        return round(vqrdmulhq_s32(a, multiplier), vqrdmulhq_s32(b, multiplier), vqrdmulhq_s32(c, multiplier),
+                     vqrdmulhq_s32(d, multiplier));
+    }
+};
+
+/// The same for a zero point of 0, where all negative values become 0 however they are rounded.
+struct relu_requantizer {
+    int32x4_t multiplier, shift;
+
+    explicit relu_requantizer(const requantization& r) : multiplier(vdupq_n_s32(r.multiplier)), shift(vdupq_n_s32(-r.shift)) {}
+
+    [[gnu::always_inline]] int32x4_t scaled(int32x4_t sums) const { return vrshlq_s32(vqrdmulhq_s32(sums, multiplier), shift); }
+
+    [[gnu::always_inline]] uint8x16_t operator()(int32x4_t a, int32x4_t b, int32x4_t c, int32x4_t d) const {
+        const uint16x8_t low = vqmovun_high_s32(vqmovun_s32(scaled(a)), scaled(b));
+        const uint16x8_t high = vqmovun_high_s32(vqmovun_s32(scaled(c)), scaled(d));
+        return vqmovn_high_u16(vqmovn_u16(low), high);
+    }
+};
+
+/// Writes the first `count` bytes, at most 16.
+[[gnu::always_inline]] inline void store_first(std::uint8_t* to, uint8x16_t values, std::size_t count) {
+    if (count == 16) {
+        vst1q_u8(to, values);
+    } else if (count == 12) {
+        vst1_u8(to, vget_low_u8(values));
+        const std::uint32_t four = vgetq_lane_u32(vreinterpretq_u32_u8(values), 2);
+        std::memcpy(to + 8, &four, sizeof four);
+    } else if (count == 8) {
+        vst1_u8(to, vget_low_u8(values));
+    } else {
+        std::uint8_t bytes[16];
+        vst1q_u8(bytes, values);
+        std::memcpy(to, bytes, count);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
+
+#endif
+
+// ---- ldi/kernels/add_u8_neon.hpp
+// kernels/add_u8.hpp with NEON: the integer form, 4 values at a time.
+
+#if LDI_HAS_ARM_KERNELS
+
+namespace ldi::neon {
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+struct adder {
+    int32x4_t bias, a_multiplier, b_multiplier;
+    rounding_shifter round;
+
+    explicit adder(const quantized_addition& sum)
+        : bias(vdupq_n_s32(sum.bias)),
+          a_multiplier(vdupq_n_s32(sum.a_multiplier)),
+          b_multiplier(vdupq_n_s32(sum.b_multiplier)),
+          round(sum.shift, sum.zero_point) {}
+
+    [[gnu::always_inline]] int32x4_t four(uint16x4_t a, uint16x4_t b) const {
+        const int32x4_t x = vreinterpretq_s32_u32(vmovl_u16(a)), y = vreinterpretq_s32_u32(vmovl_u16(b));
+        return vmlaq_s32(vmlaq_s32(bias, x, a_multiplier), y, b_multiplier);
+    }
+
+    [[gnu::always_inline]] uint8x16_t operator()(uint8x16_t a, uint8x16_t b) const {
+        const uint16x8_t a_low = vmovl_u8(vget_low_u8(a)), a_high = vmovl_high_u8(a);
+        const uint16x8_t b_low = vmovl_u8(vget_low_u8(b)), b_high = vmovl_high_u8(b);
+        return round(four(vget_low_u16(a_low), vget_low_u16(b_low)), four(vget_high_u16(a_low), vget_high_u16(b_low)),
+                     four(vget_low_u16(a_high), vget_low_u16(b_high)), four(vget_high_u16(a_high), vget_high_u16(b_high)));
+    }
+};
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    const adder add(sum.exact);
+    std::size_t i = 0;
+    for (; i + 16 <= count; i += 16) vst1q_u8(result + i, add(vld1q_u8(a + i), vld1q_u8(b + i)));
+    if (i == count) return;
+    std::uint8_t rest[2][16] = {};
+    std::memcpy(rest[0], a + i, count - i);
+    std::memcpy(rest[1], b + i, count - i);
+    store_first(result + i, add(vld1q_u8(rest[0]), vld1q_u8(rest[1])), count - i);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
+
+#endif
+
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
 //
@@ -2023,6 +2235,9 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
         case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
         case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::add_u8(sum, a, b, count, result);
+#endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::add_u8(sum, a, b, count, result);
 #endif
@@ -2058,7 +2273,7 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 /// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     add_u8_constants sum{without_tiles(target), exact};
-    if (target == isa::scalar) return sum;
+    if (target == isa::scalar || target == isa::neon_dot_product) return sum;  // they compute the integer form
     std::vector<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
         expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
@@ -2691,10 +2906,11 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;
-    /// Not used by scalar; negated where `narrow` and `bias` are. On WebAssembly the constants of an unfused_requantization.
+    requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
+    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
+    /// unfused_requantization.
     float_requantization fast;
 };
 
@@ -2726,19 +2942,22 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. VNNI and AMX multiply by signed bytes; weights in
-/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated.
+/// The fastest set not beyond `wanted` that is exact for these weights. VNNI, AMX and NEON multiply by signed bytes; weights
+/// in -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. NEON's requantisation
+/// is the integer form.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
     if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
+    const signed_range range = range_of(weights, weight_zero_point);
+    const bool fits = range.least >= -128 && range.most <= 127, fits_negated = range.least >= -127 && range.most <= 128;
+    if (wanted == isa::neon_dot_product) return fits || fits_negated ? wanted : isa::scalar;
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
     if (without_tiles(wanted) != isa::avx512vnni) return wanted;
-    const signed_range range = range_of(weights, weight_zero_point);
-    if (range.least >= -128 && range.most <= 127) return wanted;
-    if (range.least < -127 || range.most > 128) return isa::avx2;
+    if (fits) return wanted;
+    if (!fits_negated) return isa::avx2;
     fast.scale = -fast.scale, fast.offset = -fast.offset;
     return wanted;
 }
@@ -2776,10 +2995,10 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
     detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`; NEON: see `output`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
-    requantization output;
-    float_requantization fast;  ///< as in gemm_u8_weights
+    requantization output;                       ///< as in gemm_u8_weights
+    float_requantization fast;                   ///< as in gemm_u8_weights
 };
 
 namespace detail {
@@ -2788,7 +3007,8 @@ namespace detail {
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
-    std::uint8_t weight_zero_point, input_zero_point;
+    std::uint8_t weight_zero_point;
+    int input_zero_point;
 
     int weight(std::size_t channel, std::size_t tap) const {
         return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
@@ -3242,6 +3462,146 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/kernels/depthwise_u8_neon.hpp
+// kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
+//
+// The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
+// then each of the three columns of a window is one sdot for 4 channels. For 16 channels of a pixel (144 products) that is 12
+// sdot and, for the column that the window before did not have, 11 instructions that interleave and make signed; with widening
+// multiplications (smlal) it would be 36 and 6. Requantisation and stores make it about 90 in all.
+
+#if LDI_HAS_ARM_KERNELS
+
+namespace ldi::neon {
+
+inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
+
+inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
+    return (weights.channels + depthwise_block - 1) / depthwise_block;
+}
+
+/// The first channel of a block: the last one overlaps the one before.
+inline std::size_t block_start(std::size_t channels, std::size_t block) {
+    if (channels < depthwise_block) return 0;
+    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
+}
+
+/// Block by block, column by column of the window, 4 vectors of 4 channels x 4 rows.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    const int sign = detail::range_of(source.weights, source.weight_zero_point).most > 127 ? -1 : 1;
+    packed.output.multiplier *= sign;
+    detail::depthwise_source from = source;
+    from.input_zero_point -= 128;  // see to_signed()
+    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
+        const std::size_t start = block_start(packed.channels, b);
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c = start; c < start + depthwise_block; ++c)
+                for (std::size_t row = 0; row < 4; ++row)
+                    packed.narrow.push_back(
+                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * from.weight(c, row * 3 + column) : 0));
+        for (std::size_t c = start; c < start + depthwise_block; ++c)
+            packed.bias.push_back(c < packed.channels ? sign * from.folded_bias(c) : 0);
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+/// 16 channels, or as many as there are; `padding` where there is no row.
+[[gnu::always_inline]] inline int8x16_t load_channels(const std::uint8_t* row, std::size_t offset, std::size_t channels,
+                                                      std::uint8_t padding) {
+    if (row == nullptr) return to_signed(vdupq_n_u8(padding));
+    if (channels >= depthwise_block) return to_signed(vld1q_u8(row + offset));
+    std::uint8_t bytes[depthwise_block] = {};
+    std::memcpy(bytes, row + offset, channels);
+    return to_signed(vld1q_u8(bytes));
+}
+
+/// 16 channels of three rows to 16 x 4 bytes.
+[[gnu::always_inline]] inline void fill_slot(int8x16_t a, int8x16_t b, int8x16_t c, std::int8_t* slot) {
+    const int16x8_t ab_low = vreinterpretq_s16_s8(vzip1q_s8(a, b)), ab_high = vreinterpretq_s16_s8(vzip2q_s8(a, b));
+    const int16x8_t c_low = vreinterpretq_s16_s8(vzip1q_s8(c, c)), c_high = vreinterpretq_s16_s8(vzip2q_s8(c, c));
+    vst1q_s8(slot, vreinterpretq_s8_s16(vzip1q_s16(ab_low, c_low)));
+    vst1q_s8(slot + 16, vreinterpretq_s8_s16(vzip2q_s16(ab_low, c_low)));
+    vst1q_s8(slot + 32, vreinterpretq_s8_s16(vzip1q_s16(ab_high, c_high)));
+    vst1q_s8(slot + 48, vreinterpretq_s8_s16(vzip2q_s16(ab_high, c_high)));
+}
+
+/// The weights and biases of one block: of each column of the window 4 vectors.
+struct depthwise_block_weights {
+    int8x16_t columns[12];
+    int32x4_t bias[4];
+
+    [[gnu::always_inline]] depthwise_block_weights(const depthwise_u8_weights& weights, std::size_t block)
+        : depthwise_block_weights(weights.narrow.data() + block * 3 * depthwise_slot,
+                                  weights.bias.data() + block * depthwise_block, std::make_index_sequence<12>{},
+                                  std::make_index_sequence<4>{}) {}
+
+private:
+    template <std::size_t... i, std::size_t... v>
+    [[gnu::always_inline]] depthwise_block_weights(const std::int8_t* weights, const std::int32_t* biases,
+                                                   std::index_sequence<i...>, std::index_sequence<v...>)
+        : columns{load(weights + i * 16)...}, bias{load(biases + v * 4)...} {}
+};
+
+template <std::size_t v>
+[[gnu::always_inline]] inline int32x4_t depthwise_sum(const depthwise_block_weights& w, const std::int8_t* left,
+                                                      const std::int8_t* middle, const std::int8_t* right) {
+    int32x4_t sum = add_products(w.bias[v], load(left + v * 16), w.columns[v]);
+    sum = add_products(sum, load(middle + v * 16), w.columns[4 + v]);
+    return add_products(sum, load(right + v * 16), w.columns[8 + v]);
+}
+
+template <class Requantizer>
+inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
+                         std::size_t width, std::size_t repeat, std::uint8_t* result) {
+    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
+    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
+    const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
+    alignas(64) std::int8_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
+    for (std::size_t first = 0; first < result_width; first += most) {
+        const std::size_t rest = result_width - first;
+        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
+        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
+            const std::size_t start = block_start(channels, block);
+            for (std::size_t s = 0; s < columns.slots; ++s) {
+                const std::size_t column = columns.first_column + s;  // plus one
+                const bool outside = column == 0 || column > width;
+                const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
+                fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
+                          load_channels(outside ? nullptr : rows[1], offset, channels, weights.padding),
+                          load_channels(outside ? nullptr : rows[2], offset, channels, weights.padding),
+                          slots + s * depthwise_slot);
+            }
+            const depthwise_block_weights w(weights, block);
+            std::uint8_t* to = result + first * channels + start;
+            const std::uint16_t* slot = columns.slot_of;
+            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
+                const std::int8_t *const left = slots + slot[0] * depthwise_slot,
+                                         *const middle = slots + slot[1] * depthwise_slot,
+                                         *const right = slots + slot[2] * depthwise_slot;
+                store_first(to,
+                            requantize(depthwise_sum<0>(w, left, middle, right), depthwise_sum<1>(w, left, middle, right),
+                                       depthwise_sum<2>(w, left, middle, right), depthwise_sum<3>(w, left, middle, right)),
+                            held);
+            }
+        }
+    }
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    if (weights.output.zero_point == 0)
+        depthwise_u8(weights, relu_requantizer(weights.output), rows, width, repeat, result);
+    else
+        depthwise_u8(weights, requantizer(weights.output), rows, width, repeat, result);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
+
+#endif
+
 // ---- ldi/kernels/depthwise_u8_scalar.hpp
 // kernels/depthwise_u8.hpp in portable C++.
 
@@ -3514,6 +3874,9 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
         case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
         case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: neon::pack_depthwise_u8(packed, source); break;
+#endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
 #endif
@@ -3537,6 +3900,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
         case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::depthwise_u8(weights, rows, width, repeat, result);
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);
@@ -4273,6 +4639,168 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/kernels/gemm_u8_neon.hpp
+// kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
+//
+// Sixteen inputs of a pixel are one load; sdot by lane multiplies four of them at a time by the weights of 4 outputs, so that
+// nothing has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers; for
+// each 96 sdot (1536 products) it loads 22 times and makes 6 vectors signed. In all, 12 products an instruction; sdot has 16.
+
+#if LDI_HAS_ARM_KERNELS
+
+namespace ldi::neon {
+
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4, gemm_group = 4;
+
+/// Panel by panel, segment by segment, four inputs by four inputs: vectors of 4 outputs x 4 inputs.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
+    const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
+    packed.output.multiplier *= sign;
+    for (std::int32_t& bias : packed.bias) bias *= sign;
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t g = 0; g < groups; ++g)
+                for (std::size_t o = first; o < first + outputs; ++o)
+                    for (std::size_t i = g * gemm_group; i < (g + 1) * gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point}) : 0;
+                        packed.narrow.push_back(static_cast<std::int8_t>(weight));
+                        if (exists) packed.bias[o] += 128 * weight;  // see to_signed()
+                    }
+        first += outputs;
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+struct gemm_tile_input {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride;
+};
+
+/// 4, 8 or 16 inputs, in the first lanes.
+template <std::size_t groups>
+[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
+    if constexpr (groups == 4) return to_signed(vld1q_u8(from));
+    if constexpr (groups == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
+    std::uint32_t four = 0;
+    std::memcpy(&four, from, sizeof four);
+    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+}
+
+template <int group, std::size_t... p>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, int32x4_t* sums, std::size_t vectors,
+                                                int8x16_t weights, const int8x16_t* inputs) {
+    ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
+}
+
+/// Four inputs of every pixel, vector by vector of weights: so a single one of them needs a register.
+template <int group, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
+                                                const std::int8_t* weights, const int8x16_t* inputs) {
+    (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
+}
+
+/// As many times four inputs of every pixel as there are groups.
+template <int... group, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
+                                                std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
+                                                const std::uint8_t*& inputs, std::size_t stride) {
+    const int8x16_t x[] = {load_inputs<sizeof...(group)>(inputs + p * stride)...};
+    (multiply_add<group>(pixels, vectors, sums, weights, x), ...);
+    inputs += sizeof...(group) * gemm_group;
+    weights += sizeof...(group) * sizeof...(v) * 16;
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, int32x4_t* to, const int32x4_t* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
+    constexpr std::size_t b = vectors > 1 ? 1 : 0, c = vectors > 2 ? 2 : 0, d = vectors > 3 ? 3 : 0;
+    store_first(result, requantize(sums[0], sums[b], sums[c], sums[d]), held);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
+                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
+                         const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    int32x4_t sums[sizeof...(p) * sizeof...(v)];
+    const int32x4_t start[] = {load(bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
+        for (std::size_t g = input.groups / 4; g > 0; --g)
+            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+        if (input.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+        if (input.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
+                          const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    constexpr std::make_index_sequence<pixels> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    std::size_t p = 0;
+    for (; p + pixels <= count; p += pixels)
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - pixels;
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p)
+        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+}
+
+template <class Requantizer>
+inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
+                    std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
+    const std::int8_t* values = weights.narrow.data();
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
+        const std::int32_t* const bias = weights.bias.data() + first;
+        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
+        std::uint8_t* const to = result + first;
+        switch (vectors) {
+            case 1: gemm_u8_panel<12, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            case 2: gemm_u8_panel<8, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            case 3: gemm_u8_panel<7, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, held, to); break;
+        }
+        first += all;
+        values += input.segment_count * input.groups * all * gemm_group;
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    if (weights.output.zero_point == 0)
+        gemm_u8(weights, relu_requantizer(weights.output), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8(weights, requantizer(weights.output), segments, pixel_stride, pixels, result);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
+
+#endif
+
 // ---- ldi/kernels/gemm_u8_scalar.hpp
 // kernels/gemm_u8.hpp in portable C++.
 
@@ -4534,8 +5062,8 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 namespace ldi {
 
-/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI, no float form of the
-///                   requantisation), the weights are packed for a slower one; `result.target` tells
+/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
+///                   float form of the requantisation), the weights are packed for a slower one; `result.target` tells
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
 /// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
@@ -4564,6 +5092,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: neon::pack_gemm_u8(packed, weights, weight_zero_point); break;
+#endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
@@ -4584,6 +5115,9 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::gemm_u8(weights, segments, pixel_stride, pixels, result);
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);

@@ -105,16 +105,17 @@ TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
 TEST_CASE("weights that an instruction set cannot hold, and scales that float cannot follow, are packed for a slower one") {
     ldi_test::random_bytes random;
     for (ldi::isa set : ldi_test::available_isas()) {
+        const bool is_neon = set == ldi::isa::neon_dot_product, is_signed = ldi::without_tiles(set) == ldi::isa::avx512vnni;
         product wide = any_product(random, 1, 40, 20, 10);
         for (int zero : {0, 100, 126, 129, 255}) {
             wide.weight_zero = zero;
             const ldi::gemm_u8_weights packed = wide.pack(set);
-            CHECK(packed.target == (ldi::without_tiles(set) == ldi::isa::avx512vnni ? ldi::isa::avx2 : set));
+            CHECK(packed.target == (is_neon ? ldi::isa::scalar : is_signed ? ldi::isa::avx2 : set));
             CHECK(wide.compute(packed) == wide.definition());
         }
         product fine = any_product(random, 1, 400, 20, 10);
         fine.output = ldi::make_requantization(0x1.fffffep-20F, 100);
-        CHECK(fine.pack(set).target == ldi::isa::scalar);
+        CHECK(fine.pack(set).target == (is_neon ? set : ldi::isa::scalar));  // NEON needs no float
         CHECK(fine.compute(fine.pack(set)) == fine.definition());
     }
 }
@@ -122,7 +123,7 @@ TEST_CASE("weights that an instruction set cannot hold, and scales that float ca
 TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantisation, on every instruction set") {
     ldi_test::random_bytes random;
     for (int round = 0; round < 60; ++round) {
-        const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -26 - round % 6);
+        const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
         const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
         std::vector<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);  // without the ends of their range
         sums.erase(sums.begin(), sums.begin() + 2);
@@ -152,7 +153,7 @@ TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
     }
 }
 
-TEST_CASE("AVX2 and VNNI do not saturate between the largest products") {
+TEST_CASE("no instruction set saturates between the largest products") {
     for (ldi::isa set : ldi_test::available_isas())
         for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
             const std::vector<std::uint8_t> weights(64, weight), input(67, 255);

@@ -4,6 +4,7 @@
 
 #include <ldi/kernels/add_u8_avx2.hpp>
 #include <ldi/kernels/add_u8_avx512vnni.hpp>
+#include <ldi/kernels/add_u8_neon.hpp>
 #include <ldi/kernels/add_u8_wasm.hpp>
 #include <ldi/kernels/detail/add_u8_constants.hpp>
 
@@ -22,6 +23,9 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
         case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::add_u8(sum, a, b, count, result);
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::add_u8(sum, a, b, count, result);
@@ -58,7 +62,7 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 /// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     add_u8_constants sum{without_tiles(target), exact};
-    if (target == isa::scalar) return sum;
+    if (target == isa::scalar || target == isa::neon_dot_product) return sum;  // they compute the integer form
     std::vector<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
         expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);

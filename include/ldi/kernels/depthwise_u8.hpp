@@ -5,6 +5,7 @@
 
 #include <ldi/kernels/depthwise_u8_avx2.hpp>
 #include <ldi/kernels/depthwise_u8_avx512vnni.hpp>
+#include <ldi/kernels/depthwise_u8_neon.hpp>
 #include <ldi/kernels/depthwise_u8_scalar.hpp>
 #include <ldi/kernels/depthwise_u8_wasm.hpp>
 #include <ldi/kernels/detail/depthwise_u8_weights.hpp>
@@ -36,6 +37,9 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
         case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
         case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: neon::pack_depthwise_u8(packed, source); break;
+#endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
 #endif
@@ -59,6 +63,9 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
         case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::depthwise_u8(weights, rows, width, repeat, result);
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);

@@ -7,6 +7,7 @@
 #include <ldi/kernels/gemm_u8_amx.hpp>
 #include <ldi/kernels/gemm_u8_avx2.hpp>
 #include <ldi/kernels/gemm_u8_avx512vnni.hpp>
+#include <ldi/kernels/gemm_u8_neon.hpp>
 #include <ldi/kernels/gemm_u8_scalar.hpp>
 #include <ldi/kernels/gemm_u8_wasm.hpp>
 
@@ -16,8 +17,8 @@
 
 namespace ldi {
 
-/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI, no float form of the
-///                   requantisation), the weights are packed for a slower one; `result.target` tells
+/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
+///                   float form of the requantisation), the weights are packed for a slower one; `result.target` tells
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
 /// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
@@ -46,6 +47,9 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
         case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
         case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: neon::pack_gemm_u8(packed, weights, weight_zero_point); break;
+#endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
 #endif
@@ -66,6 +70,9 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
         case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::gemm_u8(weights, segments, pixel_stride, pixels, result);
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);

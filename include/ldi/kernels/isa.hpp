@@ -1,9 +1,10 @@
 // Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, wasm) forces one, for tests and benchmarks.
+// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, neon, wasm) forces one, for tests and benchmarks.
 #pragma once
 
 #include <ldi/core/error.hpp>
 #include <ldi/kernels/detail/amx_permission.hpp>
+#include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #include <array>
@@ -14,15 +15,17 @@
 namespace ldi {
 
 enum class isa {
-    scalar,        ///< portable C++, and the reference in tests
-    avx2,          ///< AVX2 and FMA
-    avx512vnni,    ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,      ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
-    wasm_simd128,  ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+    scalar,            ///< portable C++, and the reference in tests
+    avx2,              ///< AVX2 and FMA
+    avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,          ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    neon_dot_product,  ///< 64-bit Arm with the dot product extension
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
 
 /// Slowest first.
-inline constexpr std::array all_isas{isa::scalar, isa::avx2, isa::avx512vnni, isa::amx_int8, isa::wasm_simd128};
+inline constexpr std::array all_isas{isa::scalar,           isa::avx2,        isa::avx512vnni, isa::amx_int8,
+                                     isa::neon_dot_product, isa::wasm_simd128};
 
 /// The name as LDI_ISA spells it.
 constexpr std::string_view to_string(isa set) {
@@ -31,6 +34,7 @@ constexpr std::string_view to_string(isa set) {
         case isa::avx2: return "avx2";
         case isa::avx512vnni: return "avx512vnni";
         case isa::amx_int8: return "amx";
+        case isa::neon_dot_product: return "neon";
         case isa::wasm_simd128: return "wasm";
     }
     return "unknown";
@@ -51,6 +55,9 @@ inline bool is_available(isa set) {
 #endif
 #if LDI_HAS_AMX_KERNELS
         case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return detail::has_dot_product_extension();
 #endif
 #if LDI_HAS_WASM_KERNELS
         case isa::wasm_simd128: return true;

@@ -10,7 +10,7 @@ namespace ldi {
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
-    /// Not used by scalar: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
     float a_scale = 0, b_scale = 0, offset = 0;
 };
 

@@ -18,10 +18,10 @@ struct depthwise_u8_weights {
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
     detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`
+    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`; NEON: see `output`
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
-    requantization output;
-    float_requantization fast;  ///< as in gemm_u8_weights
+    requantization output;                       ///< as in gemm_u8_weights
+    float_requantization fast;                   ///< as in gemm_u8_weights
 };
 
 namespace detail {
@@ -30,7 +30,8 @@ namespace detail {
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
-    std::uint8_t weight_zero_point, input_zero_point;
+    std::uint8_t weight_zero_point;
+    int input_zero_point;
 
     int weight(std::size_t channel, std::size_t tap) const {
         return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};

@@ -18,6 +18,13 @@
 #define LDI_HAS_AMX_KERNELS 0
 #endif
 
+#if defined(__AARCH64EL__) && defined(__GNUC__)
+#define LDI_HAS_ARM_KERNELS 1
+#include <arm_neon.h>
+#else
+#define LDI_HAS_ARM_KERNELS 0
+#endif
+
 #if defined(__wasm_simd128__)
 #define LDI_HAS_WASM_KERNELS 1
 #include <wasm_simd128.h>
@@ -31,13 +38,14 @@
 #define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
-// g++ 12 warns of values that its own intrinsics leave undefined on purpose, and its elimination of partial redundancies copies
-// every sum of a matrix product to the stack and halves its speed.
-#define LDI_BEGIN_TARGET(features)          \
-    LDI_PRAGMA(GCC push_options)            \
-    LDI_PRAGMA(GCC target(features))        \
-    LDI_PRAGMA(GCC optimize("no-tree-pre")) \
-    LDI_PRAGMA(GCC diagnostic push)         \
+// g++ 12 warns of values that its own intrinsics leave undefined on purpose. Its elimination of partial redundancies copies every
+// sum of a matrix product to the stack and halves its speed; its scheduling before registers are given out, on by default for
+// Arm, loads all weights of a tile ahead and has to store them again.
+#define LDI_BEGIN_TARGET(features)                            \
+    LDI_PRAGMA(GCC push_options)                              \
+    LDI_PRAGMA(GCC target(features))                          \
+    LDI_PRAGMA(GCC optimize("no-tree-pre,no-schedule-insns")) \
+    LDI_PRAGMA(GCC diagnostic push)                           \
     LDI_PRAGMA(GCC diagnostic ignored "-Wuninitialized") LDI_PRAGMA(GCC diagnostic ignored "-Wmaybe-uninitialized")
 #define LDI_END_TARGET LDI_PRAGMA(GCC diagnostic pop) LDI_PRAGMA(GCC pop_options)
 #endif
@@ -46,4 +54,9 @@
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
+#endif
+#if LDI_HAS_ARM_KERNELS && defined(__clang__)
+#define LDI_NEON_FEATURES "dotprod"
+#elif LDI_HAS_ARM_KERNELS
+#define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
 #endif

@@ -1,0 +1,37 @@
+// Whether this 64-bit Arm processor has the dot product extension: optional since Armv8.2, in phones since 2018, in every Apple
+// M.
+#pragma once
+
+#include <ldi/kernels/detail/target.hpp>
+
+#if LDI_HAS_ARM_KERNELS
+
+#if defined(__linux__)
+#include <asm/hwcap.h>
+#include <sys/auxv.h>
+#elif defined(__APPLE__)
+#include <sys/sysctl.h>
+
+#include <cstddef>
+#endif
+
+namespace ldi::detail {
+
+/// Where there is no way of asking, whether the compiler's flags promise it.
+inline bool has_dot_product_extension() {
+#if defined(__linux__)
+    return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
+#elif defined(__APPLE__)
+    int found = 0;
+    std::size_t size = sizeof found;
+    return sysctlbyname("hw.optional.arm.FEAT_DotProd", &found, &size, nullptr, 0) == 0 && found != 0;
+#elif defined(__ARM_FEATURE_DOTPROD)
+    return true;
+#else
+    return false;
+#endif
+}
+
+}  // namespace ldi::detail
+
+#endif

@@ -1,0 +1,14 @@
+# Sourced by the scripts beside it.
+#
+#   link_headers FOLDER   fills FOLDER with links to the header-only libraries that tests include. A cross compiler must not see
+#                         all of /usr/include: the C library there is another machine's.
+
+# shellcheck shell=bash
+
+link_headers() {
+    mkdir -p "$1"
+    local name
+    for name in catch2 xtensor xtl; do
+        ln -sfn "/usr/include/$name" "$1/$name"
+    done
+}

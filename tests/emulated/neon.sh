@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# The Arm kernels, and all that computes with them up to the published depth network, compiled for 64-bit Arm and run by an emulated
+# processor: one with the dot product extension, and one without it, which must fall back to portable code. Installs what is
+# missing. Another compiler: AARCH64_CXX="clang++ --target=aarch64-linux-gnu" tests/emulated/neon.sh. Ends with "N passed, N failed".
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+# shellcheck source=tests/emulated/header_links.sh
+source tests/emulated/header_links.sh
+
+require "${needs_library[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
+
+build=build/neon
+link_headers "$build/headers"
+printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
+tests=(tests/kernels/*.cpp tests/nn/quantized_network.cpp tests/networks/tiefenrausch.cpp)
+
+compile() {
+    # shellcheck disable=SC2086
+    ${AARCH64_CXX:-aarch64-linux-gnu-g++} -std=c++20 -O1 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror \
+        -Iinclude -I. -isystem "$build/headers" "-DLDI_SHARED_DIR=\"$PWD/../shared\"" "$@"
+}
+compile_tests() {
+    rm -f "$build"/*.o "$build/tests"
+    printf '%s\n' "$build/main.cpp" "${tests[@]}" |
+        xargs -P "$jobs" -I {} bash -c 'compile -c "$1" -o "$build/$(basename "$1" .cpp).o"' compile {} &&
+        compile -static -pthread "$build"/*.o -o "$build/tests"
+}
+export build
+export -f compile
+
+# One test file, on the processor that is named. LDI_ISA makes sure that no test passes because it silently runs portable code.
+run_file() {
+    qemu-aarch64 -cpu "$1" "$build/tests" --filenames-as-tags --warn NoTests "[#$2]~the published output is the same on every*"
+}
+with_dot_product() { LDI_ISA=neon run_file max "$1"; }
+without_dot_product() { run_file cortex-a53 "$1" && run_file cortex-a53 isa && ! LDI_ISA=neon run_file cortex-a53 isa >/dev/null; }
+
+count_step "the tests compile for 64-bit Arm" compile_tests
+for file in "${tests[@]}"; do
+    name=$(basename "$file" .cpp)
+    count_step "$name with the dot product extension" with_dot_product "$name"
+done
+for name in gemm_u8 depthwise_u8 add_u8; do
+    count_step "$name without the dot product extension" without_dot_product "$name"
+done
+
+print_tally
