@@ -4,6 +4,7 @@
 #                                             Tests whose label matches exclude_labels, if set, are left out.
 #   count_step NAME COMMAND...                counts as one
 #   add_tally "N passed, N failed"            counts as it says; any other text is a failure
+#   count_script COMMAND...                   runs a script that ends with a tally of its own
 #   print_tally                               "N passed, N failed", and the exit status that goes with it
 
 # shellcheck shell=bash
@@ -58,6 +59,16 @@ add_tally() {
     else
         failed=$((failed + 1))
     fi
+}
+
+count_script() {
+    local log start=$SECONDS
+    printf '\n== %s\n' "$1"
+    log=$(mktemp)
+    "$@" 2>&1 | tee "$log" || true
+    add_tally "$(tail -n 1 "$log")"
+    rm -f "$log"
+    printf '== %s took %d s\n' "$1" $((SECONDS - start))
 }
 
 print_tally() {

@@ -1,6 +1,7 @@
 // What the processor can multiply at most: the instruction at the heart of the 8-bit kernels with everything in registers.
 #pragma once
 
+#include <ldi/kernels/detail/lanes_neon.hpp>
 #include <ldi/kernels/gemm_u8_amx.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -59,17 +60,37 @@ inline void multiply_amx(long count) {
 }
 LDI_END_TARGET
 #endif
+#if LDI_HAS_ARM_KERNELS
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+inline void multiply_neon(long count) {
+    using ldi::neon::add_products;
+    int32x4_t a = vdupq_n_s32(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
+    const int8x16_t x = vdupq_n_s8(1), y = x;
+    for (; count > 0; --count) {
+        a = add_products(a, x, y), b = add_products(b, x, y), c = add_products(c, x, y), d = add_products(d, x, y);
+        e = add_products(e, x, y), f = add_products(f, x, y), g = add_products(g, x, y), h = add_products(h, x, y);
+        i = add_products(i, x, y), j = add_products(j, x, y), k = add_products(k, x, y), l = add_products(l, x, y);
+        asm volatile("" : "+w"(a), "+w"(b), "+w"(c), "+w"(d), "+w"(e), "+w"(f));
+        asm volatile("" : "+w"(g), "+w"(h), "+w"(i), "+w"(j), "+w"(k), "+w"(l));
+    }
+}
+LDI_END_TARGET
+#endif
 
 /// Multiplications a second that the instruction at the heart of the kernels reaches with everything in registers; 0 if unknown.
 inline double peak_products([[maybe_unused]] ldi::isa set) {
-#if LDI_HAS_X86_KERNELS
-    constexpr long count = 50000;  // a fraction of a millisecond, so that some rounds run undisturbed
+    [[maybe_unused]] constexpr long count = 50000;  // a fraction of a millisecond, so that some rounds run undisturbed
     void (*multiply)(long) = nullptr;
     double products = 0;
+#if LDI_HAS_X86_KERNELS
     if (set == ldi::isa::avx512vnni) multiply = multiply_vnni, products = count * 12.0 * 64;
     if (set == ldi::isa::avx2) multiply = multiply_avx2, products = count * 8.0 * 16;
+#endif
 #if LDI_HAS_AMX_KERNELS
     if (set == ldi::isa::amx_int8) multiply = multiply_amx, products = count * 4.0 * 16 * 64 * 16;
+#endif
+#if LDI_HAS_ARM_KERNELS
+    if (set == ldi::isa::neon_dot_product) multiply = multiply_neon, products = count * 12.0 * 16;
 #endif
     double best = 0;
     for (int i = 0; multiply != nullptr && i < 200; ++i) {
@@ -78,9 +99,6 @@ inline double peak_products([[maybe_unused]] ldi::isa set) {
         best = std::max(best, products / std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
     return best;
-#else
-    return 0;
-#endif
 }
 
 }  // namespace ldi_bench

@@ -16,7 +16,10 @@ require "${needs_library[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
 build=build/neon
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
-tests=(tests/kernels/*.cpp tests/nn/quantized_network.cpp tests/networks/tiefenrausch.cpp)
+tests=(tests/nn/quantized_network.cpp tests/networks/tiefenrausch.cpp)
+for file in tests/kernels/*.cpp; do
+    [[ $file == *_amx.cpp ]] || tests+=("$file")
+done
 
 compile() {
     # shellcheck disable=SC2086

@@ -55,8 +55,12 @@
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
 #endif
-#if LDI_HAS_ARM_KERNELS && defined(__clang__)
+#if LDI_HAS_ARM_KERNELS
+#if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif LDI_HAS_ARM_KERNELS
+#elif __ARM_ARCH >= 9  // g++ warns of its own macro where the architecture goes down
+#define LDI_NEON_FEATURES "+dotprod"
+#else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
+#endif
 #endif
