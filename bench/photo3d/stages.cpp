@@ -3,20 +3,14 @@
 //
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/published_network.hpp>
 #include <ldi/layers/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
+#include "bench/support/converted_photo.hpp"
+
 #include <benchmark/benchmark.h>
 
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
-
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <utility>
@@ -27,33 +21,9 @@ namespace {
 ldi::serial_executor one_thread;
 const ldi::photo3d_options options;
 
-std::optional<ldi::tiefenrausch> published_network() {
-    const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model";
-    if (!std::filesystem::exists(folder)) return std::nullopt;
-    return ldi::load_tiefenrausch(folder);
-}
-
-ldi::photo3d convert() {
-#if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes. What the system charges for new pages every time is not the stage's
-    // work.
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-#endif
-    const std::filesystem::path photo = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions/iphone_mpo_a.jpg";
-    const ldi::diffusion_inpainter inpainter;
-    if (const auto network = published_network(); network && std::filesystem::exists(photo))
-        return ldi::make_photo3d(ldi::load_photo(photo).colour, *network, inpainter, options, one_thread);
-    const std::filesystem::path sample = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
-    ldi::photo3d_options sample_options = options;
-    sample_options.normalize.is_inverse_depth = false;
-    const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(sample / "sample_depth.png"))};
-    return ldi::make_photo3d(ldi::load_photo(sample / "sample.jpg").colour, depth, inpainter, sample_options, one_thread);
-}
-
 // The finished 3D photo: what every stage gets and gives.
 const ldi::photo3d& photo() {
-    static const ldi::photo3d result = convert();
+    static const ldi::photo3d result = ldi_bench::converted_photo(options);
     return result;
 }
 
@@ -88,7 +58,7 @@ auto untimed(benchmark::State& state, Prepare prepare) {
 }
 
 const auto registered = [] {
-    if (const auto network = published_network())
+    if (const auto network = ldi_bench::published_network())
         measure("depth estimation", 230, [network](benchmark::State&) { return network->disparity(photo().photo, one_thread); });
     measure("resampling to the photo", 0,
             [](benchmark::State&) { return ldi::resample_to_photo(photo().estimated, photo().photo, options.resample); });
