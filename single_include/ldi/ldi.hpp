@@ -5702,7 +5702,7 @@ inline conv_f32_weights pack_convolution(isa target, std::span<const float> weig
 template <executor Executor>
 void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
               std::span<float> result, Executor& threads) {
-    for (const convolution_source& source : sources) LDI_ASSERT(source.mask.empty());
+    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const convolution_source& s) { return s.mask.empty(); }));
     detail::run_convolution(plan, weights, sources, false, result, {}, threads);
 }
 
