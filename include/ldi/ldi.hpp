@@ -33,6 +33,7 @@
 #include <ldi/nn/network_description.hpp>
 #include <ldi/nn/pixel_subset.hpp>
 #include <ldi/nn/quantized_network.hpp>
+#include <ldi/nn/quantized_weights.hpp>
 #include <ldi/nn/upsample.hpp>
 #include <ldi/nn/weights.hpp>
 

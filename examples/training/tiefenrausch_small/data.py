@@ -1,0 +1,127 @@
+"""Photographs with their labels as memory-mapped arrays, crops and augmentation. One thread feeds and trains, so everything is cheap."""
+import json
+import os
+
+import cv2
+import numpy as np
+import torch
+
+# How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
+SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
+                 "depth": 1.8}  # "depth": photographs with measured depth
+VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
+LIMIT = 2.6  # of log disparity; the teacher's 8 bits end at 2.4, measured depth does not (a sky)
+GREY = np.array([0.299, 0.587, 0.114], np.float32)
+
+
+class Library:
+    """What prepare.py wrote: photographs (uint8) and log disparities (float16, NaN where nothing is known) of their own sizes."""
+
+    def __init__(self, folder):
+        with open(os.path.join(folder, "index.json")) as file:
+            self.entries = json.load(file)["entries"]
+        self.colours = np.memmap(os.path.join(folder, "colours.u8"), np.uint8, "r")
+        self.labels = np.memmap(os.path.join(folder, "labels.f16"), np.float16, "r")
+
+    def photograph(self, entry):
+        height, width, at = entry["height"], entry["width"], entry["colour_at"]
+        return self.colours[at:at + height * width * 3].reshape(height, width, 3)
+
+    def label(self, entry):
+        height, width, at = entry["label_height"], entry["label_width"], entry["label_at"]
+        return self.labels[at:at + height * width].reshape(height, width)
+
+
+def view_of(rng, height, width, out_height, out_width, least):
+    """A part (top, left, height, width) of a photograph, in fractions, with the aspect ratio of the crop give or take 20 %, and
+    between `least` and all of the largest such part."""
+    aspect = out_width / out_height * np.exp(rng.uniform(-0.18, 0.18)) * height / width  # in fractions of the sides
+    h, w = (1.0, aspect) if aspect <= 1 else (1 / aspect, 1.0)
+    zoom = rng.uniform(least, 1.0)
+    h, w = h * zoom, w * zoom
+    return rng.uniform(0, 1 - h), rng.uniform(0, 1 - w), h, w
+
+
+def cut(rng, image, view, size, interpolation):
+    """The part of an image that a view names, brought to `size` (height, width)."""
+    height, width = image.shape[:2]
+    top, left = int(view[0] * height + 0.5), int(view[1] * width + 0.5)
+    bottom = min(height, max(top + 1, int((view[0] + view[2]) * height + 0.5)))
+    right = min(width, max(left + 1, int((view[1] + view[3]) * width + 0.5)))
+    return cv2.resize(image[top:bottom, left:right], size[::-1], interpolation=interpolation)
+
+
+def vary_colour(rng, image):
+    """The paper's variations (gamma, contrast, saturation, hue), then what poor cameras add: wrong exposure, a cast, noise, blur, JPEG."""
+    ramp = np.linspace(0, 1, 256, dtype=np.float32)[:, None] ** rng.uniform(0.6, 1.4)
+    if rng.random() < 0.4:
+        ramp = ramp * np.exp(rng.uniform(-0.9, 0.6))  # darker, or brighter with lights clipped
+    if rng.random() < 0.3:
+        ramp = ramp * np.exp(rng.uniform(-0.12, 0.12, 3))
+    image = cv2.LUT(image, np.clip(np.broadcast_to(ramp, (256, 3)) * 255 + 0.5, 0, 255).astype(np.uint8)[None])
+    contrast, saturation, hue = rng.uniform(0.6, 1), rng.uniform(0.6, 1), np.deg2rad(rng.uniform(-25, 25))
+    if rng.random() < 0.04:
+        saturation = 0.0
+    # hue turns about the grey axis, saturation shrinks towards the luma, contrast towards middle grey: one matrix for all three
+    c, s = np.cos(hue), np.sin(hue) / np.sqrt(3)
+    turn = c * np.eye(3) + (1 - c) / 3 + s * np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]])
+    matrix = contrast * (saturation * np.eye(3) + (1 - saturation) * np.repeat(GREY[None], 3, 0)) @ turn
+    matrix = np.concatenate([matrix, np.full((3, 1), 127.5 * (1 - contrast))], 1).astype(np.float32)
+    image = cv2.transform(image, matrix)
+    if rng.random() < 0.15:
+        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.4))
+    if rng.random() < 0.3:
+        noise = np.empty(image.shape, np.int16)
+        cv2.randn(noise, 0, rng.uniform(2, 22))
+        image = np.clip(image + noise, 0, 255).astype(np.uint8)
+    if rng.random() < 0.15:
+        image = cv2.imdecode(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(15, 80))])[1], cv2.IMREAD_COLOR)
+    return image
+
+
+def to_tensors(photos, labels):
+    """(colour B x 3 x H x W in [0, 1], log disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
+    colour = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255)
+    label = torch.from_numpy(labels)[:, None]
+    known = (~torch.isnan(label)).float()
+    return colour, torch.nan_to_num(label).clamp_(-LIMIT, LIMIT), known
+
+
+class Photographs:
+    def __init__(self, folder):
+        self.library = Library(folder)
+        photos = [e for e in self.library.entries]
+        plain = [e for e in photos if e["source"] != "depth"]
+        self.held_out = plain[::VALIDATION_EVERY]
+        skip = {e["name"] for e in self.held_out}
+        self.train = [e for e in photos if e["name"] not in skip]
+        weight = np.array([SOURCE_WEIGHT.get(e["source"], 1.0) for e in self.train])
+        self.cumulative = np.cumsum(weight / weight.sum())
+
+    def sample(self, rng, size):
+        entry = self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
+        photo, label = self.library.photograph(entry), self.library.label(entry)
+        # small crops: half of the photograph's sides to all of it
+        view = view_of(rng, *photo.shape[:2], *size, 0.5)
+        colour = cut(rng, photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
+        truth = cut(rng, label.astype(np.float32), view, size, cv2.INTER_NEAREST)
+        if rng.random() < 0.5:
+            colour, truth = colour[:, ::-1], truth[:, ::-1]
+        return vary_colour(rng, np.ascontiguousarray(colour)), truth
+
+    def batch(self, rng, count, size):
+        """size  (height, width) of the crops"""
+        colours, truths = np.empty((count, *size, 3), np.uint8), np.empty((count, *size), np.float32)
+        for i in range(count):
+            colours[i], truths[i] = self.sample(rng, size)
+        return to_tensors(colours, truths)
+
+    def validation_batches(self, size):
+        """Held-out photographs as they are, all of each (aspect ratio ignored), in batches of up to 8."""
+        rng, batches = np.random.default_rng(1), []
+        for start in range(0, len(self.held_out), 8):
+            entries = self.held_out[start:start + 8]
+            colours = np.stack([cut(rng, self.library.photograph(e), (0, 0, 1, 1), size, cv2.INTER_AREA) for e in entries])
+            truths = np.stack([cut(rng, self.library.label(e).astype(np.float32), (0, 0, 1, 1), size, cv2.INTER_NEAREST) for e in entries])
+            batches.append(to_tensors(colours, truths))
+        return batches

@@ -1,0 +1,66 @@
+// Runs a depth network of the library for the Python programs beside it: photos come in on the standard input, log disparity goes
+// out.
+//
+//   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
+//   estimate STUDENT.safetensors
+//
+// In, as often as one likes: height, width, whether to bring the photo to the network's size (int32; if not, both sides are
+// multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), scale (float32), zero point (int32), height x
+// width bytes: log disparity = (byte - zero point) * scale.
+
+#include <ldi/io/published_network.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
+
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+
+namespace {
+
+template <class T>
+bool read(T* values, std::size_t count) {
+    return std::fread(values, sizeof(T), count, stdin) == count;
+}
+
+template <class T>
+void write(const T* values, std::size_t count) {
+    if (std::fwrite(values, sizeof(T), count, stdout) != count) throw std::runtime_error("the result cannot be written");
+}
+
+void serve(const ldi::tiefenrausch& network) {
+    ldi::serial_executor threads;
+    const ldi::quantization values = network.log_disparity_quantization();
+    for (std::int32_t size[3]; read(size, 3);) {
+        ldi::image<std::uint8_t> photo =
+            ldi::make_image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
+        if (!read(photo.data(), photo.size())) throw std::runtime_error("a photo that is cut off");
+        if (size[2] != 0) photo = network.resize_for_network(photo, threads);
+        const ldi::image<std::uint8_t> result = network.log_disparity(photo, threads);
+        const std::int32_t sides[2] = {static_cast<std::int32_t>(ldi::height(result)),
+                                       static_cast<std::int32_t>(ldi::width(result))};
+        const std::int32_t zero_point = values.zero_point;
+        write(sides, 2);
+        write(&values.scale, 1);
+        write(&zero_point, 1);
+        write(result.data(), result.size());
+        std::fflush(stdout);
+    }
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+    if (count != 2) {
+        std::fputs("estimate FOLDER_OF_THE_PUBLISHED_NETWORK | STUDENT.safetensors\n", stderr);
+        return 2;
+    }
+    try {
+        const std::filesystem::path model = arguments[1];
+        serve(is_directory(model) ? ldi::load_tiefenrausch(model) : ldi::load_tiefenrausch_file(model));
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s\n", e.what());
+        return 1;
+    }
+}

@@ -1,0 +1,186 @@
+"""Writes the trained student as a safetensors file that the library loads; checks it in exact integers.
+
+    python3 export.py --checkpoint FOLDER/final.pt --data DATA --out tiefenrausch_small.safetensors
+
+What is in the file (n operators; tensor 0 is the photograph, tensor i + 1 what operator i makes):
+
+    operators           I32  n x 5   kind (0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement), first input, second input
+                                     (additions; else 0), kernel (convolutions; else 0), stride or factor of enlargement (additions: 1)
+    scales, zero_points F32, U8  n + 1   quantisation of the tensors: value = (byte - zero point) * scale
+    weight_scales, weight_zero_points    the same of the weights, n (1 and 0 where there are none)
+    I.weight            U8   outputs x kernel x kernel x inputs (1 if depthwise), I the number of the operator
+    I.bias              I32  outputs, in units of input scale * weight scale
+
+The metadata hold the name, the version, the operators' names and the provenance. The exact arithmetic is in `Integers` below.
+"""
+import argparse
+import hashlib
+import json
+import os
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+import model
+from model import Addition, Convolution
+from quantise import Quantised
+
+CODES = {np.dtype(np.float32): "F32", np.dtype(np.int32): "I32", np.dtype(np.uint8): "U8"}
+KINDS = ("convolution", "depthwise convolution", "addition", "enlargement")
+
+
+def write_safetensors(path, tensors, metadata):
+    """Eight bytes of header length, a JSON header (padded with spaces to a multiple of 8), then the tensors one after another,
+    little-endian and row-major. metadata: strings to strings."""
+    header, offset = {"__metadata__": metadata}, 0
+    for name, tensor in tensors.items():
+        header[name] = {"dtype": CODES[tensor.dtype], "shape": list(tensor.shape), "data_offsets": [offset, offset + tensor.nbytes]}
+        offset += tensor.nbytes
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 8)
+    with open(path + ".part", "wb") as file:
+        file.write(np.array(len(text), "<u8").tobytes())
+        file.write(text)
+        for tensor in tensors.values():
+            file.write(np.ascontiguousarray(tensor).tobytes())
+    os.replace(path + ".part", path)
+
+
+def read_safetensors(path):
+    """(tensors, metadata)"""
+    dtypes = {code: dtype for dtype, code in CODES.items()}
+    with open(path, "rb") as file:
+        header = json.loads(file.read(int(np.frombuffer(file.read(8), "<u8")[0])))
+        body = file.read()
+    metadata = header.pop("__metadata__", {})
+    return {name: np.frombuffer(body[slice(*entry["data_offsets"])], dtypes[entry["dtype"]]).reshape(entry["shape"])
+            for name, entry in header.items()}, metadata
+
+
+@torch.no_grad()
+def tensors_of(net):
+    """What the file holds, from a Quantised network."""
+    number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(net.operators)}}
+    rows, weight_scales, weight_zero_points, parts = [], [], [], {}
+    for i, op in enumerate(net.operators):
+        weight_scale, weight_zero_point = 1.0, 0
+        if isinstance(op, Convolution):
+            rows.append((int(op.depthwise), number[op.input], 0, op.kernel, op.stride))
+            whole, weight_scale, weight_zero_point, bias = net.integers(op)
+            parts[f"{i}.weight"] = (whole + weight_zero_point).permute(0, 2, 3, 1).contiguous().numpy().astype(np.uint8)
+            parts[f"{i}.bias"] = bias.numpy().astype(np.int32)
+        elif isinstance(op, Addition):
+            rows.append((2, number[op.a], number[op.b], 0, 1))
+        else:
+            rows.append((3, number[op.input], 0, 0, 2))
+        weight_scales.append(weight_scale)
+        weight_zero_points.append(weight_zero_point)
+    ranges = [net.ranges[name] for name in number]
+    return {"operators": np.array(rows, np.int32),
+            "scales": np.array([scale for scale, _ in ranges], np.float32), "zero_points": np.array([z for _, z in ranges], np.uint8),
+            "weight_scales": np.array(weight_scales, np.float32), "weight_zero_points": np.array(weight_zero_points, np.uint8), **parts}
+
+
+def rounding_shift(value, shift):
+    """value / 2^shift, to nearest, halves away from zero; numpy int64"""
+    mask = (1 << shift) - 1
+    remainder = (value & mask) - (value < 0)
+    return (value >> shift) + (remainder > (mask >> 1))
+
+
+class Integers:
+    """A file's network, bit for bit as the library computes it."""
+
+    def __init__(self, tensors):
+        self.t = tensors
+        for i, (kind, a, b, _, _) in enumerate(tensors["operators"]):  # what the library will refuse
+            if kind < 2:
+                scale = tensors["scales"][a] * tensors["weight_scales"][i] / tensors["scales"][i + 1]
+                assert 2.0 ** -32 <= scale < 1, (i, scale)
+            elif kind == 2:
+                ratios = tensors["scales"][[a, b]] / tensors["scales"][i + 1]
+                assert (ratios > 0).all() and 2.0 ** -10 <= ratios.max() < 2.0 ** 8, (i, ratios)
+
+    def convolution(self, i, x, kind, a, kernel, stride):
+        """x  1 x C x H x W float64, whole numbers less their zero point"""
+        t = self.t
+        weight = torch.from_numpy(t[f"{i}.weight"].astype(np.float64) - t["weight_zero_points"][i]).permute(0, 3, 1, 2)
+        bias = torch.from_numpy(t[f"{i}.bias"].astype(np.float64))
+        if kernel == 1:
+            accumulator = torch.einsum("oi,bihw->bohw", weight[:, :, 0, 0], x[:, :, ::stride, ::stride]) + bias[:, None, None]
+        else:
+            accumulator = F.conv2d(x, weight, bias, stride, kernel // 2, 1, len(weight) if kind == 1 else 1)
+        scale = t["scales"][a] * t["weight_scales"][i] / t["scales"][i + 1]  # in float32, in this order
+        bits = int(np.float32(scale).view(np.uint32))
+        multiplier, shift = ((bits & 0x7FFFFF) | 0x800000) << 7, 126 - (bits >> 23)
+        high = (accumulator.numpy().astype(np.int64) * multiplier + (1 << 30)) >> 31
+        return rounding_shift(high, shift)
+
+    def addition(self, i, x, y, a, b):
+        ratios = self.t["scales"][[a, b]] / self.t["scales"][i + 1]
+        shift = 21 - int(np.floor(np.log2(ratios.max())))
+        m = [int(np.rint(np.ldexp(np.float64(r), shift))) for r in ratios]
+        return rounding_shift(x.astype(np.int64) * m[0] + y.astype(np.int64) * m[1], shift)
+
+    def __call__(self, photo):
+        """photo H x W x 3 uint8, multiples of 32 -> H x W uint8"""
+        zero_points = self.t["zero_points"].astype(int)
+        values = [torch.from_numpy(photo.astype(np.float64) - zero_points[0]).permute(2, 0, 1)[None]]
+        for i, (kind, a, b, kernel, stride) in enumerate(self.t["operators"]):
+            if kind == 3:
+                values.append(values[a].repeat_interleave(stride, 2).repeat_interleave(stride, 3))
+                continue
+            y = self.convolution(i, values[a], kind, a, kernel, stride) if kind < 2 else self.addition(
+                i, values[a].numpy(), values[b].numpy(), a, b)
+            values.append(torch.from_numpy(np.clip(y, -zero_points[i + 1], 255 - zero_points[i + 1]).astype(np.float64)))
+        return (values[-1][0, 0].numpy() + zero_points[-1]).astype(np.uint8)
+
+
+def load_quantised(path):
+    """(the quantised network of a checkpoint in evaluation mode, the checkpoint)"""
+    state = torch.load(path)
+    if not state["ranges"]:
+        raise SystemExit(f"{path} is not quantised yet")
+    net = Quantised(state["ranges"]).eval()
+    net.load_state_dict(state["average"])
+    return net, state
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--checkpoint", required=True)
+    p.add_argument("--data", required=True, help="what the weights were trained on (of prepare.py), for the provenance")
+    p.add_argument("--out", required=True)
+    p.add_argument("--note", default="", help="goes into the provenance: licences, say")
+    p.add_argument("--example", help="also write a small photograph and what the network must make of it, as safetensors, to test readers with")
+    a = p.parse_args()
+    net, state = load_quantised(a.checkpoint)
+    with open(os.path.join(a.data, "index.json")) as file:
+        names = [entry["name"] for entry in json.load(file)["entries"]]
+    parameters, products = model.costs()
+    tensors = tensors_of(net)
+    write_safetensors(a.out, tensors, {
+        "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
+        "output": "log disparity", "provenance": json.dumps({
+            "recipe": "examples/training/tiefenrausch_small", "teacher": "Tiefenrausch as published (MIT)", "photographs": len(names),
+            "photograph_names_sha256": hashlib.sha256("\n".join(names).encode()).hexdigest(), "steps": state["step"],
+            "samples": state["samples"], "processor_hours": round(state["seconds"] / 3600, 2), "parameters": parameters,
+            "multiplications_384x288": products, "note": a.note})})
+
+    generator = torch.Generator().manual_seed(1)
+    photo = F.interpolate(torch.rand(1, 3, 6, 8, generator=generator), (96, 128), mode="bilinear", align_corners=False)
+    photo = (photo[0].permute(1, 2, 0) * 255).round().numpy().astype(np.uint8)
+    exact = Integers(read_safetensors(a.out)[0])(photo)
+    with torch.no_grad():
+        trained = net(torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
+    scale, zero_point = state["ranges"]["log_disparity"]
+    difference = np.abs(exact.astype(np.float64) - zero_point - trained / scale)
+    if a.example:
+        write_safetensors(a.example, {"photo": photo, "log_disparity": exact}, {"format": "ldi", "name": "tiefenrausch_small example"})
+    print(f"{a.out}: {os.path.getsize(a.out)} bytes; exact integers differ from the network as trained by {difference.mean():.2f} steps of "
+          f"{scale:.4f} on average, {difference.max():.0f} at most")
+
+
+if __name__ == "__main__":
+    main()

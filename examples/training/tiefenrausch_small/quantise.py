@@ -1,0 +1,143 @@
+"""The student in the arithmetic of the library's 8-bit networks, trainable (quantisation-aware training).
+
+Every tensor holds whole numbers: 8-bit values less their zero point. They fit bfloat16 without loss, weights too, so convolutions run at
+the speed of bfloat16; only what they return is rounded to its 8 significant bits before requantisation, which is half a step at
+the ends of the range. Gradients pass through rounding as if it were not there, and stop at what is clipped.
+export.py has the same network in exact integers.
+"""
+import numpy as np
+import torch
+import torch.nn as nn
+import torch.nn.functional as F
+
+from model import Addition, Convolution, Enlargement, key, operators
+
+PHOTO = (float(np.float32(1) / np.float32(255)), 0)  # scale and zero point of the network's input: 0 to 255 as they are
+
+
+class Round(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, x):
+        return x.round()
+
+    @staticmethod
+    def backward(ctx, gradient):
+        return gradient
+
+
+class Requantise(torch.autograd.Function):
+    """accumulator * factor, rounded and clipped to [low, high]. Works in place; what ends on a bound passes no gradient."""
+
+    @staticmethod
+    def forward(ctx, accumulator, factor, low, high):
+        ctx.mark_dirty(accumulator)
+        y = accumulator.mul_(factor).round_().clamp_(low, high)
+        ctx.save_for_backward(y)
+        ctx.constants = factor, low, high
+        return y
+
+    @staticmethod
+    def backward(ctx, gradient):
+        (y,), (factor, low, high) = ctx.saved_tensors, ctx.constants
+        gradient = torch.ops.aten.threshold_backward(gradient, y, low)
+        return torch.ops.aten.threshold_backward(gradient, high - y, 0).mul_(factor), None, None, None
+
+
+def scale_and_zero_point(low, high):
+    """The quantisation that covers [low, high] and 0."""
+    low, high = min(low, 0.0), max(high, 1e-6)
+    scale = float(np.float32((high - low) / 255))
+    return scale, int(min(255, max(0, round(-low / scale))))
+
+
+def best_range(values):
+    """The (low, high) that loses least in 8 bits: clipping spares steps, and steps spare clipping."""
+    low, high = min(values.min().item(), 0.0), max(values.max().item(), 1e-6)
+    best = None
+    for share in np.linspace(0.3, 1.0, 29):
+        for lower, upper in ((low * share, high * share), (low * share, high), (low, high * share)):
+            scale, zero_point = scale_and_zero_point(lower, upper)
+            q = (values / scale).round().clamp(-zero_point, 255 - zero_point) * scale
+            error = ((q - values) ** 2).mean().item()
+            if best is None or error < best[0]:
+                best = (error, lower, upper)
+    return best[1:]
+
+
+@torch.no_grad()
+def find_ranges(student, batches):
+    """Quantisation of every tensor, from what the float network makes of some photographs."""
+    seen = {}
+    for colour in batches:
+        tensors = {"photo": colour}
+        for op in student.operators:
+            if isinstance(op, Convolution):
+                with torch.cpu.amp.autocast(dtype=torch.bfloat16):
+                    tensors[op.name] = student.layers[key(op.name)](tensors[op.input])
+            elif isinstance(op, Addition):
+                tensors[op.name] = tensors[op.a] + tensors[op.b]
+            else:
+                tensors[op.name] = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
+            if not isinstance(op, Enlargement):
+                values = tensors[op.name].float().flatten()
+                few = values[torch.randint(len(values), (8000,))]
+                seen.setdefault(op.name, []).append(torch.cat([few, values.min()[None], values.max()[None]]))
+    ranges = {"photo": PHOTO}
+    for op in student.operators:
+        ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
+                           else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
+    return ranges
+
+
+class Quantised(nn.Module):
+    """colour B x 3 x H x W in [0, 1], multiples of 1/255 -> log disparity B x 1 x H x W"""
+
+    def __init__(self, ranges):
+        super().__init__()
+        self.operators, self.ranges = operators(), ranges
+        self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()
+        for op in self.operators:
+            if isinstance(op, Convolution):
+                inputs = 1 if op.depthwise else op.inputs
+                self.weights[key(op.name)] = nn.Parameter(torch.zeros(op.outputs, inputs, op.kernel, op.kernel))
+                self.biases[key(op.name)] = nn.Parameter(torch.zeros(op.outputs))
+
+    @torch.no_grad()
+    def take(self, student):
+        """Takes the weights of a float network, normalisation folded in."""
+        for name, layer in student.layers.items():
+            weight, bias = layer.folded()
+            self.weights[name].copy_(weight)
+            self.biases[name].copy_(bias)
+        return self
+
+    def integers(self, op):
+        """(weights less zero point, scale, zero point, bias) of a convolution, whole numbers in float32"""
+        weight, bias = self.weights[key(op.name)], self.biases[key(op.name)]
+        with torch.no_grad():
+            scale, zero_point = scale_and_zero_point(weight.min().item(), weight.max().item())
+        whole = Round.apply((weight / scale).clamp(-zero_point, 255 - zero_point))
+        # the bias too is rounded to what bfloat16 holds: what was trained is what is exported
+        bias = Round.apply(bias / (self.ranges[op.input][0] * scale)).bfloat16().float()
+        return whole, scale, zero_point, bias
+
+    def clip(self, name, accumulator, factor):
+        _, zero_point = self.ranges[name]
+        return Requantise.apply(accumulator, factor, -zero_point, 255 - zero_point)
+
+    def forward(self, colour):
+        tensors = {"photo": (colour * 255).round().bfloat16().contiguous(memory_format=torch.channels_last)}
+        for op in self.operators:
+            scale = self.ranges[op.name][0]
+            if isinstance(op, Convolution):
+                weight, weight_scale, _, bias = self.integers(op)
+                accumulator = F.conv2d(tensors[op.input], weight.bfloat16(), bias.bfloat16(), op.stride, op.kernel // 2, 1,
+                                       op.inputs if op.depthwise else 1)
+                y = self.clip(op.name, accumulator, self.ranges[op.input][0] * weight_scale / scale)
+            elif isinstance(op, Addition):
+                total = tensors[op.a].float() * (self.ranges[op.a][0] / scale)
+                y = self.clip(op.name, total.add(tensors[op.b].float(), alpha=self.ranges[op.b][0] / scale), 1.0).bfloat16()
+            else:
+                y = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
+            tensors[op.name] = y
+        return tensors["log_disparity"].float() * self.ranges["log_disparity"][0]

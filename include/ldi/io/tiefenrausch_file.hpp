@@ -1,0 +1,41 @@
+// Loads a depth network from a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small student of
+// the published network, in the same arithmetic. io/published_network.hpp loads that one.
+#pragma once
+
+#include <ldi/core/detail/printable.hpp>
+#include <ldi/core/error.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/safetensors.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/nn/quantized_weights.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace ldi {
+
+/// Errors: those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
+/// network.
+inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "depth network",
+                                        isa target = best_isa()) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    for (const auto& [key, expected] :
+         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}}) {
+        const auto found = file.metadata.find(key);
+        if (found == file.metadata.end() || found->second != expected)
+            raise(error_code::mismatch, where, "a depth network, " + std::string(key) + " " + expected + " in its metadata",
+                  found == file.metadata.end() ? "none" : detail::printable(found->second));
+    }
+    return tiefenrausch(read_quantized_network(file), target);
+}
+
+/// Errors: file_access, and those of decode_tiefenrausch().
+inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
+    return decode_tiefenrausch(read_file(path), path.string());
+}
+
+}  // namespace ldi

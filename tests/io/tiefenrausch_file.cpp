@@ -1,0 +1,89 @@
+#include <ldi/io/tiefenrausch_file.hpp>
+
+#include "tests/io/support.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace ldi;
+using Catch::Contains;
+using ldi::test::message_of;
+
+namespace {
+
+const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files";
+
+named_tensors weights() { return load_safetensors(files / "tiefenrausch_weights.safetensors"); }
+
+template <class Scalar>
+std::vector<Scalar>& values(named_tensors& file, const std::string& name) {
+    return std::get<std::vector<Scalar>>(file.tensors.at(name).values);
+}
+
+/// What is said of the weights after `change`.
+template <class Change>
+std::string complaint(Change&& change) {
+    named_tensors file = weights();
+    change(file);
+    return message_of([&] { tiefenrausch network(read_quantized_network(file)); });
+}
+
+}  // namespace
+
+TEST_CASE("a student computes bit for bit what its exporter computed in exact integers") {
+    const named_tensors example = load_safetensors(files / "tiefenrausch_example.safetensors");
+    const std::vector<std::size_t>& shape = example.tensors.at("photo").shape;
+    image<std::uint8_t> photo = make_image<std::uint8_t>(shape[0], shape[1], 3);
+    const auto& pixels = tensor_values<std::uint8_t>(example, "photo", shape);
+    std::copy(pixels.begin(), pixels.end(), photo.data());
+    const auto& expected = tensor_values<std::uint8_t>(example, "log_disparity", {shape[0], shape[1]});
+    CHECK(std::set<std::uint8_t>(expected.begin(), expected.end()).size() > 20);
+
+    for (isa target : {isa::scalar, best_isa()}) {
+        const tiefenrausch network =
+            decode_tiefenrausch(read_file(files / "tiefenrausch_weights.safetensors"), "weights", target);
+        serial_executor serial;
+        const image<std::uint8_t> found = network.log_disparity(photo, serial);
+        REQUIRE(found.size() == expected.size());
+        CHECK(std::equal(expected.begin(), expected.end(), found.data()));
+    }
+}
+
+TEST_CASE("operators are named as in training") {
+    const network_description network = read_quantized_network(weights());
+    CHECK(network.operators.front().name == "level0");
+    CHECK(network.operators.back().name == "log_disparity");
+    CHECK(network.input_channels == 3);
+    CHECK(network.output == network.operators.size());
+
+    named_tensors file = weights();
+    file.metadata.erase("operator_names");
+    CHECK(read_quantized_network(file).operators[3].name == "operator 3");
+}
+
+TEST_CASE("a file of another network is refused by its metadata") {
+    CHECK_THAT(message_of([] { load_tiefenrausch_file(files / "tiefenrausch_example.safetensors"); }),
+               Contains("tiefenrausch_small") && Contains("example"));
+}
+
+TEST_CASE("what does not fit in a file of operators is named") {
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("operators"); }), Contains("tensor operators"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }), Contains("tensor scales"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("0.weight"); }), Contains("tensor 0.weight"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("1.bias"); }), Contains("tensor 1.bias"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors["more"] = f.tensors["scales"]; }), Contains("tensor more"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.at("0.weight").shape = {4, 27}; }), Contains("four dimensions"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[0] = 4; }), Contains("row 0, column 0"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[1] = 1; }), Contains("row 0, column 1"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[1] = -1; }), Contains("row 0, column 1"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[3] = 5; }), Contains("4 x 5 x 5 x 3"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[4] = 3; }), Contains("stride"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "weight_scales")[0] = 1e9F; }), Contains("level0"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }), Contains("input"));
+}
