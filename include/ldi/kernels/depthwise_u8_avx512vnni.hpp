@@ -9,40 +9,25 @@
 // stretches of the row at the same time.
 #pragma once
 
-#include <ldi/kernels/detail/depthwise_u8_weights.hpp>
+#include <ldi/kernels/detail/depthwise_stretches.hpp>
 #include <ldi/kernels/detail/lanes_avx512vnni.hpp>
 
 #if LDI_HAS_X86_KERNELS
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 
 namespace ldi::avx512vnni {
 
-inline constexpr std::size_t depthwise_fewest_channels = 16;  ///< of a unit
-
-/// Some channels of all pixels of a row. The last unit may begin within the one before it, and computes some values once more.
-struct depthwise_unit {
-    std::size_t first, channels;
-
-    /// The unit that comes after the first `done` of `all` channels.
-    depthwise_unit(std::size_t all, std::size_t done) {
-        const std::size_t left = all - done;
-        channels = left > 48 ? 64 : left > 16 ? 32 : 16;
-        while (channels > all && channels > depthwise_fewest_channels) channels /= 2;
-        first = done + channels <= all || all < channels ? done : all - channels;
-    }
-    std::size_t end() const { return first + channels; }
-};
+inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
 
 /// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
 /// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const depthwise_unit unit(packed.channels, done);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
         std::size_t channel[64];
         for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
         for (std::size_t column = 0; column < 3; ++column)
@@ -62,27 +47,25 @@ struct depthwise_vectors {
     __m512i v[4];
 };
 
-/// The 3 rows around the result's at one channel of each of 64 / channels stretches of them.
+/// The three rows at `channels` channels of each of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
-    static constexpr std::size_t stretches = 64 / channels;
-
-    const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
-    __mmask16 mask;        ///< of the channels that exist, in units of 16
+    detail::depthwise_position<64 / channels> position;
+    __mmask16 mask;  ///< of the channels that exist, in units of 16
 
     /// 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
-        const std::size_t moved = offset & moves[row];
         if constexpr (channels == 64) {
-            return _mm512_loadu_si512(at[row][0] + moved);
+            return _mm512_loadu_si512(position.find(row, 0, offset));
         } else if constexpr (channels == 32) {
-            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][0] + moved)),
-                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][1] + moved));
+            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset))),
+                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 1, offset)));
             return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
         } else {
-            const __m128i a = _mm_maskz_loadu_epi8(mask, at[row][0] + moved), b = _mm_maskz_loadu_epi8(mask, at[row][1] + moved),
-                          c = _mm_maskz_loadu_epi8(mask, at[row][2] + moved), d = _mm_maskz_loadu_epi8(mask, at[row][3] + moved);
+            const __m128i a = _mm_maskz_loadu_epi8(mask, position.find(row, 0, offset)),
+                          b = _mm_maskz_loadu_epi8(mask, position.find(row, 1, offset)),
+                          c = _mm_maskz_loadu_epi8(mask, position.find(row, 2, offset)),
+                          d = _mm_maskz_loadu_epi8(mask, position.find(row, 3, offset));
             const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
                           high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
             return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
@@ -107,13 +90,15 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum + this column's products with column `k` of the weights.
-    template <std::size_t k>
-    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
-                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
-                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
-                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<0>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<1>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<2>(sum, column);
     }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
@@ -121,6 +106,14 @@ struct depthwise_sums {
     }
 
 private:
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
+                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
+                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
@@ -150,147 +143,110 @@ struct depthwise_result {
     }
 };
 
-/// What depthwise_u8() was called with.
-struct depthwise_call {
-    const depthwise_u8_weights& weights;
-    const std::uint8_t* const* rows;
-    std::size_t width, repeat;
-    std::uint8_t* result;
-    alignas(64) std::uint8_t padding[64];
-};
-
 /// Computes one unit.
 template <std::size_t channels>
 struct depthwise_run {
-    static constexpr std::size_t stretches = 64 / channels;
-
-    const depthwise_call& call;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::size_t pixel_bytes, first_channel;
+    detail::depthwise_stretches<64 / channels> stretches;
+    depthwise_sums packed;
+    std::size_t pixel_stride;
     __mmask16 mask;
-    std::size_t length, starts[stretches];  ///< of the stretches
 
-    /// `all` things to be cut into stretches, the last of which overlaps the one before.
-    depthwise_run(const depthwise_call& c, const std::int8_t* values, const std::int32_t* biases, std::size_t first,
-                  std::size_t all)
-        : call(c),
-          weights(values),
-          bias(biases),
-          pixel_bytes(c.weights.channels),
-          first_channel(first),
-          mask(static_cast<__mmask16>(first_bytes(c.weights.channels < 16 ? c.weights.channels : 16))),
-          length((all + stretches - 1) / stretches) {
-        for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
-    }
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+                  std::size_t first_channel, std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(weights, bias),
+          pixel_stride(call.weights.channels),
+          mask(static_cast<__mmask16>(first_bytes(pixel_stride < 16 ? pixel_stride : 16))) {}
 
-    /// One column for each stretch; padding outside the row.
-    depthwise_rows<channels> rows_at(const std::size_t (&columns)[stretches]) const {
-        depthwise_rows<channels> found;
-        found.mask = mask;
-        for (std::size_t r = 0; r < 3; ++r) {
-            found.moves[r] = call.rows[r] == nullptr ? 0 : ~std::size_t{0};
-            for (std::size_t s = 0; s < stretches; ++s) {
-                const bool outside = call.rows[r] == nullptr || columns[s] >= call.width;
-                found.at[r][s] = outside ? call.padding : call.rows[r] + columns[s] * pixel_bytes + first_channel;
-            }
-        }
-        return found;
-    }
-    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
     depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 becomes more than any width
-        for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
-        return rows_at(columns);
+        return {stretches.at(column, scale), mask};
     }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), mask}; }
     depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, mask, requantizer(call.weights.fast)};
-        for (std::size_t s = 0; s < stretches; ++s) found.at[s] = call.result + starts[s] * scale * pixel_bytes + first_channel;
+        depthwise_result<channels> found{{}, mask, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < 64 / channels; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
 
     /// Each column ends one window, is the middle of the next and begins the one after it.
     void stride_1() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.add<1>(next, column);
-        next = sums.add<0>(sums.start(), column);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.add<2>(current, column), (x - 1) * pixel_bytes);
-            current = sums.add<1>(next, column);
-            next = sums.add<0>(sums.start(), column);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.add<2>(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
     }
 
     /// Of two columns, both end a window, the first as its middle; the second begins the next.
     void stride_2() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.add<0>(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.add<1>(current, rows.column(2 * x * pixel_bytes));
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.add<2>(current, column), x * pixel_bytes);
-            current = sums.add<0>(sums.start(), column);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.add<1>(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.add<2>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
     /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
     /// around its own halves, and begins the one around the first half of the column behind it.
     void enlarged_twice() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.add<2>(sums.add<1>(first, column), column), 0);
-        first = sums.add<0>(sums.start(), column);
-        depthwise_vectors second = sums.add<1>(first, column);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.add<2>(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.add<2>(sums.add<1>(first, column), column), 2 * x * pixel_bytes);
-            first = sums.add<0>(sums.start(), column);
-            second = sums.add<1>(first, column);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.add<2>(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
     }
 
     /// Any stride and repetition: three columns for each window.
     void any() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.add<0>(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.add<1>(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.add<2>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
-    }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const {
-        std::size_t columns[stretches];
-        for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
-            columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
-        }
-        return rows_at(columns);
     }
 };
 
 template <std::size_t channels>
-inline void depthwise_u8_unit(const depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
                               std::size_t first_channel) {
-    const std::size_t stride = call.weights.stride, result_width = (call.width * call.repeat - 1) / stride + 1;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
     if (stride == 1 && call.repeat == 1)
         depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
     else if (stride == 2 && call.repeat == 1)
@@ -303,12 +259,11 @@ inline void depthwise_u8_unit(const depthwise_call& call, const std::int8_t* wei
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    depthwise_call call{weights, rows, width, repeat, result, {}};
-    std::memset(call.padding, weights.padding, sizeof call.padding);
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
     const std::int8_t* values = weights.narrow.data();
     const std::int32_t* bias = weights.bias.data();
     for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const depthwise_unit unit(weights.channels, done);
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
         switch (unit.channels) {
             case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
             case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;

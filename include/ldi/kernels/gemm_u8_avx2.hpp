@@ -1,75 +1,184 @@
-// kernels/gemm_u8.hpp with vpmaddwd, which adds two products of 16 bits to each of 8 sums, exactly. (vpmaddubsw multiplies twice
-// as much at a time but saturates: 255 * 127 * 2 does not fit into 16 bits.)
+// kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
+// two of these sums to each of 8 sums of 32 bits.
 //
-// Four inputs at a time are spread over the lanes and split into the even and the odd ones, which are 16-bit values where they
-// stand: one AND, one shift for every pixel, shared by the vectors of the panel. Multiplication and addition take two of three
-// vector ports a cycle; 12 sums are under way, the weights come from memory.
+// The 16-bit sums saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
+// products of two groups of four inputs may meet in one 16-bit sum before it is widened: 5 instructions for 64 products. Which
+// groups go together, and which weights have to be split over two, is found when weights are packed, for each panel of 16
+// outputs. (vpmaddwd on inputs of 16 bits, which never saturates, takes 8.)
 #pragma once
 
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
 #include <ldi/kernels/detail/lanes_avx2.hpp>
+#include <ldi/kernels/detail/unsaturated_pairs.hpp>
 
 #if LDI_HAS_X86_KERNELS
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace ldi::avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 3, gemm_group = 4;
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2, gemm_group = 4;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
     for (std::size_t s = 0; s < packed.segments; ++s)
         for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(
-                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+            packed.wide.push_back(static_cast<std::int16_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Panel by panel, segment by segment, four inputs by four inputs, vector by vector: of 8 outputs the inputs 0 and 2, then of
-/// the same 8 outputs the inputs 1 and 3.
+/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+struct gemm_term {
+    std::uint32_t first_input = 0;
+    int largest = 0;                   ///< weights that meet in a sum, as far from 0 as they come
+    std::vector<std::int8_t> weights;  ///< outputs x 4
+    std::vector<std::uint8_t> room;    ///< that each 16-bit sum leaves: outputs x 2 x (positive, negative)
+
+    bool fits(const gemm_term& other) const {
+        for (std::size_t i = 0; i < room.size(); ++i)
+            if (room[i] + other.room[i] < 128) return false;
+        return true;
+    }
+};
+
+/// Splits `rest`, the weights of one group, outputs x 4.
+inline void split_group(std::vector<int>& rest, std::uint32_t first_input, std::vector<gemm_term>& terms) {
+    while (std::any_of(rest.begin(), rest.end(), [](int weight) { return weight != 0; })) {
+        gemm_term term{first_input, 0, {}, {}};
+        for (std::size_t i = 0; i < rest.size(); i += 2) {
+            sum_room room;
+            term.weights.push_back(room.take(rest[i]));
+            term.weights.push_back(room.take(rest[i + 1]));
+            term.room.push_back(static_cast<std::uint8_t>(room.most));
+            term.room.push_back(static_cast<std::uint8_t>(-room.least));
+            term.largest = (std::max)({term.largest, 128 - room.most, 128 + room.least});
+        }
+        terms.push_back(std::move(term));
+    }
+}
+
+/// Puts terms that may share their sums side by side; returns how many pairs the list begins with.
+inline std::size_t pair_terms(std::vector<gemm_term>& terms) {
+    constexpr std::size_t tries = 8;  // the lightest terms are the likeliest to go with a heavy one
+    std::sort(terms.begin(), terms.end(), [](const gemm_term& a, const gemm_term& b) {
+        return a.largest != b.largest ? a.largest > b.largest : a.first_input < b.first_input;
+    });
+    std::vector<gemm_term> pairs, singles;
+    for (std::size_t end = terms.size(), i = 0; i < end; ++i) {
+        std::size_t partner = end;
+        for (std::size_t t = 0; t < tries && partner == end && end - t > i + 1; ++t)
+            if (terms[i].fits(terms[end - 1 - t])) partner = end - 1 - t;
+        if (partner == end) {
+            singles.push_back(std::move(terms[i]));
+            continue;
+        }
+        pairs.push_back(std::move(terms[i]));
+        pairs.push_back(std::move(terms[partner]));
+        std::move(terms.begin() + static_cast<std::ptrdiff_t>(partner) + 1, terms.begin() + static_cast<std::ptrdiff_t>(end),
+                  terms.begin() + static_cast<std::ptrdiff_t>(partner));
+        --end;
+    }
+    terms = std::move(pairs);
+    const std::size_t count = terms.size() / 2;
+    std::move(singles.begin(), singles.end(), std::back_inserter(terms));
+    return count;
+}
+
+/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
+/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
-    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    std::vector<int> group;
+    std::vector<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t g = 0; g < groups; ++g)
-                for (std::size_t v = first; v < first + outputs; v += gemm_lanes)
-                    for (std::size_t odd = 0; odd < 2; ++odd)
-                        for (std::size_t o = v; o < v + gemm_lanes; ++o)
-                            for (std::size_t i = g * gemm_group + odd; i < (g + 1) * gemm_group; i += 2) {
-                                const bool exists = o < packed.outputs && i < packed.inputs;
-                                const int weight =
-                                    exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
-                                packed.wide.push_back(static_cast<std::int16_t>(weight));
-                            }
+        for (std::size_t s = 0; s < packed.segments; ++s) {
+            terms.clear();
+            for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
+                group.clear();
+                for (std::size_t o = first; o < first + outputs; ++o)
+                    for (std::size_t i = g; i < g + gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        group.push_back(
+                            exists ? sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point})
+                                   : 0);
+                    }
+                split_group(group, static_cast<std::uint32_t>(g), terms);
+            }
+            const std::size_t pairs = pair_terms(terms);
+            packed.order.push_back(static_cast<std::uint32_t>(pairs));
+            packed.order.push_back(static_cast<std::uint32_t>(terms.size() - 2 * pairs));
+            for (const gemm_term& term : terms) {
+                packed.order.push_back(term.first_input);
+                packed.narrow.insert(packed.narrow.end(), term.weights.begin(), term.weights.end());
+            }
+        }
         first += outputs;
     }
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-struct gemm_tile_input {
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, pixel_stride, pixels;
+    const std::uint32_t* order;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
 };
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, const std::uint8_t* inputs,
-                                                const __m256i* weights) {
+[[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
     std::memcpy(&four, inputs, sizeof four);
-    const __m256i values = _mm256_set1_epi32(four);
-    const __m256i even = _mm256_and_si256(values, _mm256_set1_epi32(0x00FF00FF)), odd = _mm256_srli_epi16(values, 8);
-    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(even, _mm256_load_si256(weights + 2 * v)))), ...);
-    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(odd, _mm256_load_si256(weights + 2 * v + 1)))), ...);
+    return _mm256_set1_epi32(four);
+}
+
+[[gnu::always_inline]] inline __m256i widen(__m256i sum, __m256i products) {
+    return _mm256_add_epi32(sum, _mm256_madd_epi16(products, _mm256_set1_epi16(1)));
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<v...>, __m256i* sums, __m256i inputs, const __m256i* weights) {
+    ((sums[v] = widen(sums[v], _mm256_maddubs_epi16(inputs, weights[v]))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<v...>, __m256i* sums, __m256i a, __m256i b,
+                                            const __m256i* a_weights, const __m256i* b_weights) {
+    ((sums[v] = widen(sums[v], _mm256_add_epi16(_mm256_maddubs_epi16(a, a_weights[v]), _mm256_maddubs_epi16(b, b_weights[v])))),
+     ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* x, std::size_t stride, const __m256i* weights) {
+    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+    (add_term(vectors, sums + p * sizeof...(v), spread_four(x + p * stride), w), ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* a, const std::uint8_t* b, std::size_t stride,
+                                            const __m256i* weights) {
+    const __m256i a_weights[] = {_mm256_load_si256(weights + v)...};
+    const __m256i b_weights[] = {_mm256_load_si256(weights + sizeof...(v) + v)...};
+    (add_pair(vectors, sums + p * sizeof...(v), spread_four(a + p * stride), spread_four(b + p * stride), a_weights, b_weights),
+     ...);
 }
 
 template <std::size_t... v>
@@ -77,50 +186,80 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-template <std::size_t vectors>
-[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const requantizer& requantize, std::size_t held,
-                                               std::uint8_t* result) {
-    const __m256i a = requantize(sums[0]);
-    const __m256i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
-    const __m256i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
-    store_first(result, gather_lanes(requantize.pack_lanes(a, b, c, a)), held);
+/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                              std::size_t outputs) {
+    const __m256i bytes =
+        gather_lanes(requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3])));
+    const __m128i low = _mm256_castsi256_si128(bytes), high = _mm256_extracti128_si256(bytes, 1);
+    if constexpr (vectors == 2) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result), low);
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result + outputs), high);
+    } else {
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result), low);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + outputs), _mm_unpackhi_epi64(low, low));
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 2 * outputs), high);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 3 * outputs), _mm_unpackhi_epi64(high, high));
+    }
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int16_t* weights, const std::int32_t* bias,
-                         const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                               std::size_t held) {
+    const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
+    store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
+}
+
+template <std::size_t vectors, class Requantizer, std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m256i* sums, const Requantizer& requantize,
+                                                std::uint8_t* result, std::size_t outputs) {
+    (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
     __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(bias + v * gemm_lanes))...};
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
     (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = 0; g < input.groups; ++g) {
-            const __m256i* const w = reinterpret_cast<const __m256i*>(weights);
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
-        }
+    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+    const std::uint32_t* order = panel.order;
+    const std::size_t stride = panel.pixel_stride;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* const x = panel.segments[s] + first * stride;
+        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+        for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
+            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
+        for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
+    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (count % 4 == 0)
+        if (panel.held == sizeof...(v) * gemm_lanes)
+            return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int16_t* weights, const std::int32_t* bias,
-                          const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
-    constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-        return;
-    }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
+    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, rectifier>(panel, output)
+                           : gemm_u8_panel<pixels, vectors, requantizer>(panel, output);
 }
 
 /// The sum of one pixel and one output.
@@ -164,22 +303,32 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
-    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
-    const requantizer requantize(weights.fast);
-    const std::int16_t* values = weights.wide.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
-        std::uint8_t* const to = result + first;
-        switch (vectors) {
-            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            default: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
+    gemm_panel panel{segments,
+                     weights.segments,
+                     pixel_stride,
+                     pixels,
+                     weights.order.data(),
+                     weights.narrow.data(),
+                     weights.bias.data(),
+                     result,
+                     weights.outputs,
+                     0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        if (vectors == 1)
+            gemm_u8_panel<8, 1>(panel, weights.fast);
+        else
+            gemm_u8_panel<4, 2>(panel, weights.fast);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += panel.held;
+        for (std::size_t s = 0; s < weights.segments; ++s) {
+            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
+            panel.order += 2 + terms;
+            panel.weights += terms * lanes * gemm_group;
         }
-        first += all;
-        values += input.segment_count * input.groups * all * gemm_group;
     }
 }
 

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace ldi {
 
@@ -20,8 +21,9 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    std::vector<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
@@ -57,9 +59,9 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. VNNI, AMX and NEON multiply by signed bytes; weights
-/// in -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. NEON's requantisation
-/// is the integer form.
+/// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
+/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. AVX2 takes wider weights
+/// as well. NEON's requantisation is the integer form.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -70,7 +72,6 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
-    if (without_tiles(wanted) != isa::avx512vnni) return wanted;
     if (fits) return wanted;
     if (!fits_negated) return isa::avx2;
     fast.scale = -fast.scale, fast.offset = -fast.offset;

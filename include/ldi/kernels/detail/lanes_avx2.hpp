@@ -40,6 +40,21 @@ struct requantizer {
     }
 };
 
+/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+struct rectifier {
+    __m256 scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(_mm256_set1_ps(r.scale)), offset(_mm256_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
+        return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
+    }
+    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
+        return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+    }
+};
+
 /// From the order of pack_lanes() to all of a, b, c and d one after the other.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
