@@ -93,3 +93,18 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
     CHECK(broken == 0);
     CHECK(packed_as_asked > sets.size() * 1850);
 }
+
+TEST_CASE("depthwise_u8 gives the same bits where weights and inputs are as large as they come") {
+    ldi_test::random_bytes random;
+    std::size_t broken = 0;
+    for (int round = 0; round < 200; ++round) {
+        convolution c = any_convolution(random, random.size_in(1, 70), random.size_in(1, 9), 1 + round % 2, 1, -1);
+        c.weight_zero = round % 4 == 0 ? random.in(0, 255) : random.in(127, 128);
+        c.output = ldi::make_requantization(0.0004F, 128);
+        for (std::uint8_t& weight : c.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
+        for (std::uint8_t& value : c.image) value = random.in(0, 5) == 0 ? random.byte() : 255;
+        const std::vector<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
+        for (ldi::isa set : ldi_test::available_isas()) broken += c.compute(c.pack(set)) != expected;
+    }
+    CHECK(broken == 0);
+}

@@ -164,3 +164,18 @@ TEST_CASE("no instruction set saturates between the largest products") {
             CHECK(found == ldi::requantize(64 * 255 * (weight - 128), r));
         }
 }
+
+TEST_CASE("gemm_u8 gives the same bits where weights and inputs are as large as they come") {
+    ldi_test::random_bytes random;
+    std::size_t broken = 0;
+    for (int round = 0; round < 200; ++round) {
+        product p = any_product(random, 1, random.size_in(1, 40), random.size_in(2, 40), 5);
+        p.weight_zero = round % 4 == 0 ? random.in(0, 255) : random.in(127, 128);
+        p.output = ldi::make_requantization(0.0004F, 128);
+        for (std::uint8_t& weight : p.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
+        for (std::uint8_t& value : p.input) value = random.in(0, 5) == 0 ? random.byte() : 255;
+        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        for (ldi::isa set : ldi_test::available_isas()) broken += p.compute(p.pack(set)) != expected;
+    }
+    CHECK(broken == 0);
+}

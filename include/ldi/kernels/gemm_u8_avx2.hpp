@@ -17,7 +17,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -38,60 +37,83 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
 struct gemm_term {
-    std::uint32_t first_input = 0;
-    int largest = 0;                   ///< weights that meet in a sum, as far from 0 as they come
-    std::vector<std::int8_t> weights;  ///< outputs x 4
-    std::vector<std::uint8_t> room;    ///< that each 16-bit sum leaves: outputs x 2 x (positive, negative)
+    static constexpr std::size_t most_weights = gemm_most_vectors * gemm_lanes * gemm_group;
 
+    std::uint32_t first_input = 0;
+    int heaviest = 0;                        ///< of `load`
+    std::int8_t weights[most_weights] = {};  ///< outputs x 4
+    std::uint8_t load[most_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+
+    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
     bool fits(const gemm_term& other) const {
-        for (std::size_t i = 0; i < room.size(); ++i)
-            if (room[i] + other.room[i] < 128) return false;
+        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        for (std::size_t i = 0; i < most_weights; i += 8) {
+            std::uint64_t a = 0, b = 0;
+            std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
+            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+        }
         return true;
     }
 };
 
 /// Splits `rest`, the weights of one group, outputs x 4.
-inline void split_group(std::vector<int>& rest, std::uint32_t first_input, std::vector<gemm_term>& terms) {
-    while (std::any_of(rest.begin(), rest.end(), [](int weight) { return weight != 0; })) {
-        gemm_term term{first_input, 0, {}, {}};
+inline void split_group(std::span<int> rest, std::size_t first_input, std::vector<gemm_term>& terms) {
+    bool is_empty = false;
+    while (!is_empty) {
+        gemm_term& term = terms.emplace_back();
+        term.first_input = static_cast<std::uint32_t>(first_input);
+        is_empty = true;
         for (std::size_t i = 0; i < rest.size(); i += 2) {
-            sum_room room;
-            term.weights.push_back(room.take(rest[i]));
-            term.weights.push_back(room.take(rest[i + 1]));
-            term.room.push_back(static_cast<std::uint8_t>(room.most));
-            term.room.push_back(static_cast<std::uint8_t>(-room.least));
-            term.largest = (std::max)({term.largest, 128 - room.most, 128 + room.least});
+            int a = rest[i], b = rest[i + 1];
+            if (!fit_one_sum(a, b)) {
+                sum_room room;
+                a = room.take(rest[i]), b = room.take(rest[i + 1]);
+                is_empty = false;
+            } else {
+                rest[i] = rest[i + 1] = 0;
+            }
+            const int positive = ((std::max)(a, 0) + (std::max)(b, 0) + 1) / 2;
+            const int negative = (1 - (std::min)(a, 0) - (std::min)(b, 0)) / 2;
+            term.weights[i] = static_cast<std::int8_t>(a), term.weights[i + 1] = static_cast<std::int8_t>(b);
+            term.load[i] = static_cast<std::uint8_t>(positive), term.load[i + 1] = static_cast<std::uint8_t>(negative);
+            term.heaviest = (std::max)(term.heaviest, (std::max)(positive, negative));
         }
-        terms.push_back(std::move(term));
     }
 }
 
-/// Puts terms that may share their sums side by side; returns how many pairs the list begins with.
-inline std::size_t pair_terms(std::vector<gemm_term>& terms) {
-    constexpr std::size_t tries = 8;  // the lightest terms are the likeliest to go with a heavy one
-    std::sort(terms.begin(), terms.end(), [](const gemm_term& a, const gemm_term& b) {
-        return a.largest != b.largest ? a.largest > b.largest : a.first_input < b.first_input;
-    });
-    std::vector<gemm_term> pairs, singles;
-    for (std::size_t end = terms.size(), i = 0; i < end; ++i) {
-        std::size_t partner = end;
-        for (std::size_t t = 0; t < tries && partner == end && end - t > i + 1; ++t)
-            if (terms[i].fits(terms[end - 1 - t])) partner = end - 1 - t;
-        if (partner == end) {
-            singles.push_back(std::move(terms[i]));
-            continue;
+/// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
+struct paired_terms {
+    std::vector<const gemm_term*> order;
+    std::size_t pairs = 0;
+
+    explicit paired_terms(const std::vector<gemm_term>& terms) {
+        std::vector<const gemm_term*> rest, singles;  // the lightest last
+        for (const gemm_term& term : terms) rest.push_back(&term);
+        std::stable_sort(rest.begin(), rest.end(),
+                         [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
+        for (std::size_t i = 0; i < rest.size(); ++i) {
+            const std::size_t partner = find_partner(rest, i);
+            if (partner == i) {
+                singles.push_back(rest[i]);
+                continue;
+            }
+            order.push_back(rest[i]);
+            order.push_back(rest[partner]);
+            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(partner));
         }
-        pairs.push_back(std::move(terms[i]));
-        pairs.push_back(std::move(terms[partner]));
-        std::move(terms.begin() + static_cast<std::ptrdiff_t>(partner) + 1, terms.begin() + static_cast<std::ptrdiff_t>(end),
-                  terms.begin() + static_cast<std::ptrdiff_t>(partner));
-        --end;
+        pairs = order.size() / 2;
+        order.insert(order.end(), singles.begin(), singles.end());
     }
-    terms = std::move(pairs);
-    const std::size_t count = terms.size() / 2;
-    std::move(singles.begin(), singles.end(), std::back_inserter(terms));
-    return count;
-}
+
+private:
+    /// `i` if there is none among the lightest, which are the likeliest.
+    static std::size_t find_partner(const std::vector<const gemm_term*>& rest, std::size_t i) {
+        constexpr std::size_t tries = 8;
+        for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
+            if (rest[i]->fits(*rest[rest.size() - 1 - t])) return rest.size() - 1 - t;
+        return i;
+    }
+};
 
 /// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
 /// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
@@ -99,7 +121,6 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    std::vector<int> group;
     std::vector<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -107,22 +128,19 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t s = 0; s < packed.segments; ++s) {
             terms.clear();
             for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
-                group.clear();
-                for (std::size_t o = first; o < first + outputs; ++o)
-                    for (std::size_t i = g; i < g + gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        group.push_back(
-                            exists ? sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point})
-                                   : 0);
-                    }
-                split_group(group, static_cast<std::uint32_t>(g), terms);
+                int group[gemm_term::most_weights] = {};
+                for (std::size_t o = first; o < first + outputs && o < packed.outputs; ++o)
+                    for (std::size_t i = g; i < g + gemm_group && i < packed.inputs; ++i)
+                        group[(o - first) * gemm_group + i - g] =
+                            sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point});
+                split_group({group, outputs * gemm_group}, g, terms);
             }
-            const std::size_t pairs = pair_terms(terms);
-            packed.order.push_back(static_cast<std::uint32_t>(pairs));
-            packed.order.push_back(static_cast<std::uint32_t>(terms.size() - 2 * pairs));
-            for (const gemm_term& term : terms) {
-                packed.order.push_back(term.first_input);
-                packed.narrow.insert(packed.narrow.end(), term.weights.begin(), term.weights.end());
+            const paired_terms paired(terms);
+            packed.order.push_back(static_cast<std::uint32_t>(paired.pairs));
+            packed.order.push_back(static_cast<std::uint32_t>(terms.size() - 2 * paired.pairs));
+            for (const gemm_term* term : paired.order) {
+                packed.order.push_back(term->first_input);
+                packed.narrow.insert(packed.narrow.end(), term->weights, term->weights + outputs * gemm_group);
             }
         }
         first += outputs;

@@ -13,16 +13,17 @@ namespace ldi::avx2 {
 struct sum_room {
     int most = 128, least = -128;
 
-    bool fits(int positive, int negative) const { return positive <= most && negative >= least; }
-    void fill(int weight) { (weight > 0 ? most : least) -= weight; }
-
     /// Takes as much of `rest` as fits.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
-        fill(part);
+        most -= (std::max)(part, 0);
+        least -= (std::min)(part, 0);
         rest -= part;
         return static_cast<std::int8_t>(part);
     }
 };
+
+/// Whether these weights are signed bytes that may meet in one 16-bit sum. (Of different signs, they always may.)
+inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }  // namespace ldi::avx2
