@@ -1747,6 +1747,21 @@ struct requantizer {
     }
 };
 
+/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+struct rectifier {
+    __m256 scale, offset;
+
+    explicit rectifier(const float_requantization& r)
+        : scale(_mm256_set1_ps(r.scale)), offset(_mm256_set1_ps(r.offset < 0 ? -r.offset : r.offset)) {}
+
+    [[gnu::always_inline]] __m256i operator()(__m256i sums) const {
+        return _mm256_cvttps_epi32(_mm256_fmadd_ps(_mm256_cvtepi32_ps(sums), scale, offset));
+    }
+    [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
+        return _mm256_packus_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+    }
+};
+
 /// From the order of pack_lanes() to all of a, b, c and d one after the other.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
@@ -2866,38 +2881,6 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/depthwise_columns.hpp
-// Which columns of the stored rows a piece of a depthwise convolution's result reads.
-
-namespace ldi::detail {
-
-/// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
-/// columns outside the image (-1 and `width`) have slots as well.
-struct depthwise_columns {
-    /// Few enough that the slots and the rows they are filled from share a first-level cache of 32 KiB.
-    static constexpr std::size_t most_slots = 40, most_taps = 4 * most_slots;
-
-    std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< that slot 0 holds, plus one
-    std::size_t slots = 0;
-    /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
-    std::uint16_t slot_of[most_taps];
-
-    /// So many result pixels fit whatever their position.
-    static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }
-
-    depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
-        : first(first_pixel), count(pixels) {
-        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
-        const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
-        first_column = column(begin);
-        for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
-        slots = column(end) - first_column + 1;
-    }
-};
-
-}  // namespace ldi::detail
-
 // ---- ldi/kernels/detail/gemm_u8_weights.hpp
 // The packed weights of kernels/gemm_u8.hpp, and what packing has in common on all instruction sets.
 
@@ -2909,8 +2892,9 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    std::vector<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
@@ -2946,9 +2930,9 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. VNNI, AMX and NEON multiply by signed bytes; weights
-/// in -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. NEON's requantisation
-/// is the integer form.
+/// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
+/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. AVX2 takes wider weights
+/// as well. NEON's requantisation is the integer form.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -2959,7 +2943,6 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
     const std::optional<float_requantization> found = find_float_requantization(output);
     if (!found.has_value()) return isa::scalar;
     fast = *found;
-    if (without_tiles(wanted) != isa::avx512vnni) return wanted;
     if (fits) return wanted;
     if (!fits_negated) return isa::avx2;
     fast.scale = -fast.scale, fast.offset = -fast.offset;
@@ -2998,8 +2981,9 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, AVX2, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
+    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    std::vector<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
     detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;                       ///< as in gemm_u8_weights
     float_requantization fast;                   ///< as in gemm_u8_weights
@@ -3027,118 +3011,422 @@ struct depthwise_source {
 }  // namespace detail
 }  // namespace ldi
 
+// ---- ldi/kernels/detail/depthwise_stretches.hpp
+// How kernels that keep a depthwise convolution's unfinished windows in registers walk along a row. A row's channels are cut into
+// units that fill some vectors; a unit with fewer channels than fit takes several stretches of the row at the same time.
+
+namespace ldi::detail {
+
+/// Some channels of all pixels of a row: `most`, or a half or a quarter of that, at least 16. The last unit may begin within the
+/// one before it, and computes some values once more.
+struct depthwise_unit {
+    std::size_t first, channels;
+
+    /// The unit that comes after the first `done` of `all` channels.
+    depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
+        const std::size_t left = all - done;
+        channels = left > 48 ? 64 : left > 16 ? 32 : 16;
+        while (channels > most || (channels > all && channels > 16)) channels /= 2;
+        first = done + channels <= all || all < channels ? done : all - channels;
+    }
+    std::size_t end() const { return first + channels; }
+};
+
+/// What depthwise_u8() was called with.
+struct depthwise_call {
+    const depthwise_u8_weights& weights;
+    const std::uint8_t* const* rows;
+    std::size_t width, repeat;
+    std::uint8_t* result;
+    alignas(64) std::uint8_t padding[64];
+
+    depthwise_call(const depthwise_u8_weights& packed, const std::uint8_t* const* from, std::size_t pixels,
+                   std::size_t repetitions, std::uint8_t* to)
+        : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
+        std::memset(padding, packed.padding, sizeof padding);
+    }
+    std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
+};
+
+/// One pixel of each stretch, in the three rows.
+template <std::size_t stretches>
+struct depthwise_position {
+    const std::uint8_t* at[3][stretches];
+    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
+
+    const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
+        return at[row][stretch] + (offset & moves[row]);
+    }
+};
+
+template <std::size_t stretches>
+struct depthwise_stretches {
+    const depthwise_call& call;
+    std::size_t first_channel, length, starts[stretches];
+
+    /// `all` pixels, of the rows or of the result, are cut; the last stretch may begin within the one before it.
+    depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
+        : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
+        for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
+    }
+
+    /// One column for each stretch; padding outside the row.
+    depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
+        depthwise_position<stretches> found;
+        for (std::size_t r = 0; r < 3; ++r) {
+            found.moves[r] = call.rows[r] == nullptr ? 0 : ~std::size_t{0};
+            for (std::size_t s = 0; s < stretches; ++s) {
+                const bool outside = call.rows[r] == nullptr || columns[s] >= call.width;
+                found.at[r][s] = outside ? call.padding : call.rows[r] + columns[s] * call.weights.channels + first_channel;
+            }
+        }
+        return found;
+    }
+    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
+        std::size_t columns[stretches];  // -1 becomes more than any width
+        for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
+        return at(columns);
+    }
+    /// What the window around pixel x of each stretch of the result has in its column `tap`, 0 to 2, for any repetition.
+    depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
+        std::size_t columns[stretches];
+        for (std::size_t s = 0; s < stretches; ++s) {
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
+        }
+        return at(columns);
+    }
+    /// Where the results of a stretch begin, `scale` for each of its pixels.
+    std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
+        return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
+    }
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/unsaturated_pairs.hpp
+// Weights that vpmaddubsw can be given. It adds two products of a byte and a signed byte in 16 bits and saturates: 255 * 127 * 2
+// is too much. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at most 128, and
+// the negative ones to at least -128. Few weights of a trained network are so large; what does not fit into one sum goes to
+// another.
+
+namespace ldi::avx2 {
+
+/// What weights may still be added to one 16-bit sum.
+struct sum_room {
+    int most = 128, least = -128;
+
+    /// Takes as much of `rest` as fits.
+    std::int8_t take(int& rest) {
+        const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
+        most -= (std::max)(part, 0);
+        least -= (std::min)(part, 0);
+        rest -= part;
+        return static_cast<std::int8_t>(part);
+    }
+};
+
+/// Whether these weights are signed bytes that may meet in one 16-bit sum. (Of different signs, they always may.)
+inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
+
+}  // namespace ldi::avx2
+
 // ---- ldi/kernels/depthwise_u8_avx2.hpp
-// kernels/depthwise_u8.hpp with vpmaddwd, 16 channels at a time.
+// kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// Rows are first widened to 16 bits and laid out column by column, the first two rows interleaved and the third with zeros; then
-// each column of a window is two multiplications for 8 channels.
+// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
+// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
+// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
+//
+// A column is interleaved once, in registers, and at once added to every window that it belongs to.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::avx2 {
 
-inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;  // a slot holds so many 16-bit values
+inline constexpr std::size_t depthwise_most_channels = 32;  ///< of a unit
 
-inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
-    return (weights.channels + depthwise_block - 1) / depthwise_block;
-}
+/// The weights of one channel in one column, still to be multiplied.
+struct depthwise_rest {
+    int rows[3];
 
-/// The first channel of a block: the last one overlaps the one before.
-inline std::size_t block_start(std::size_t channels, std::size_t block) {
-    if (channels < depthwise_block) return 0;
-    return block * depthwise_block + depthwise_block <= channels ? block * depthwise_block : channels - depthwise_block;
-}
+    bool is_zero() const { return rows[0] == 0 && rows[1] == 0 && rows[2] == 0; }
+    void take(std::int8_t* four) {
+        sum_room low, high;
+        four[0] = low.take(rows[0]), four[2] = high.take(rows[2]);
+        four[1] = low.take(rows[1]), four[3] = high.take(rows[1]);
+    }
+};
 
-/// Block by block, column by column of the window, as the slots are: rows 0 and 1 of half of the channels, of the other half,
-/// then row 2 and nothing.
+/// Unit by unit: in `order` its number of terms; in `narrow` term by term, column by column of the window, 4 vectors of 8
+/// channels x 4 bytes: of each 16 channels that a 128-bit lane holds, 4 in each vector.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
-    for (std::size_t b = 0; b < depthwise_blocks(packed); ++b) {
-        std::size_t channel[depthwise_block];
-        for (std::size_t i = 0; i < depthwise_block; ++i)
-            channel[i] = block_start(packed.channels, b) + i % 8 / 4 * 8 + i / 8 * 4 + i % 4;
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    for (std::size_t done = 0; done < packed.channels;) {
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        std::size_t channel[32];
+        for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
+        std::vector<depthwise_rest> rest;
         for (std::size_t column = 0; column < 3; ++column)
-            for (std::size_t row = 0; row < 4; row += 2)
-                for (std::size_t c : channel)
-                    for (std::size_t r = row; r < row + 2; ++r)
-                        packed.wide.push_back(
-                            static_cast<std::int16_t>(r < 3 && c < packed.channels ? source.weight(c, r * 3 + column) : 0));
-        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? source.folded_bias(c) : 0);
+            for (std::size_t c : channel) {
+                depthwise_rest weights{{0, 0, 0}};
+                for (std::size_t row = 0; row < 3 && c < packed.channels; ++row)
+                    weights.rows[row] = sign * source.weight(c, row * 3 + column);
+                rest.push_back(weights);
+            }
+        std::uint32_t terms = 0;
+        while (terms == 0 || !std::all_of(rest.begin(), rest.end(), [](const depthwise_rest& r) { return r.is_zero(); })) {
+            for (depthwise_rest& weights : rest) {
+                std::int8_t four[4];
+                weights.take(four);
+                packed.narrow.insert(packed.narrow.end(), four, four + 4);
+            }
+            ++terms;
+        }
+        packed.order.push_back(terms);
+        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        done = unit.end();
     }
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// 16 channels, or as many as there are, in 16 bits each; `padding` where there is no row.
-[[gnu::always_inline]] inline __m256i widen(const std::uint8_t* row, std::size_t offset, std::size_t channels,
-                                            std::uint8_t padding) {
-    if (row == nullptr) return _mm256_set1_epi16(padding);
-    if (channels >= depthwise_block) return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + offset)));
-    if (channels == 8) return _mm256_cvtepu8_epi16(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(row + offset)));
-    alignas(16) std::uint8_t bytes[depthwise_block] = {};
-    std::memcpy(bytes, row + offset, channels);
-    return _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(bytes)));
+/// One column of the window, interleaved, or one sum for each of 32 channels.
+struct depthwise_vectors {
+    __m256i v[4];
+};
+
+/// The three rows at `channels` channels of each of 32 / channels stretches.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<32 / channels> position;
+    std::size_t held;  ///< of 16 channels
+
+    /// 16 channels.
+    [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
+        if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+        if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
+        alignas(16) std::uint8_t bytes[16] = {};
+        std::memcpy(bytes, from, held);
+        return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
+    }
+    /// 32 bytes of one row.
+    [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
+        if constexpr (channels == 32)
+            return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
+        else
+            return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset))),
+                                           load_half(position.find(row, 1, offset)), 1);
+    }
+
+    /// `offset` bytes further on.
+    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
+        const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
+        const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
+        const __m256i cb_low = _mm256_unpacklo_epi8(c, b), cb_high = _mm256_unpackhi_epi8(c, b);
+        return {{_mm256_unpacklo_epi16(ab_low, cb_low), _mm256_unpackhi_epi16(ab_low, cb_low),
+                 _mm256_unpacklo_epi16(ab_high, cb_high), _mm256_unpackhi_epi16(ab_high, cb_high)}};
+    }
+};
+
+/// The weights of one unit.
+template <bool has_further_terms>
+struct depthwise_sums {
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::size_t terms;
+
+    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<0>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<1>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<2>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors start() const {
+        const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
+        return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
+    }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        depthwise_vectors result = sum;
+        const std::int8_t* at = weights + k * 128;
+        std::size_t rest = has_further_terms ? terms : 1;
+        do {
+            result.v[0] = add(result.v[0], column.v[0], at), result.v[1] = add(result.v[1], column.v[1], at + 32);
+            result.v[2] = add(result.v[2], column.v[2], at + 64), result.v[3] = add(result.v[3], column.v[3], at + 96);
+            at += 3 * 128;
+        } while (has_further_terms && --rest > 0);
+        return result;
+    }
+};
+
+/// The rows of the result, and where the stretches begin in them.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[32 / channels];
+    std::size_t held;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
+        const __m256i bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        if constexpr (channels == 32) {
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), bytes);
+        } else {
+            store_first(at[0] + offset, bytes, held);
+            store_first(at[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), held);
+        }
+    }
+};
+
+/// Computes one unit.
+template <std::size_t channels, bool has_further_terms>
+struct depthwise_run {
+    detail::depthwise_stretches<32 / channels> stretches;
+    depthwise_sums<has_further_terms> packed;
+    std::size_t pixel_stride, held;
+
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums, std::size_t first_channel,
+                  std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(sums),
+          pixel_stride(call.weights.channels),
+          held(pixel_stride < 16 ? pixel_stride : 16) {}
+
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        return {stretches.at(column, scale), held};
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), held}; }
+    depthwise_result<channels> result_at(std::size_t scale) const {
+        depthwise_result<channels> found{{}, held, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < 32 / channels; ++s) found.at[s] = stretches.result(s, scale);
+        return found;
+    }
+
+    /// Each column ends one window, is the middle of the next and begins the one after it.
+    void stride_1() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    void stride_2() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
+    /// around its own halves, and begins the one around the first half of the column behind it.
+    void enlarged_twice() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(2);
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+    }
+
+    /// Any stride and repetition: three columns for each window.
+    void any() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_result<channels> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+};
+
+template <std::size_t channels, bool has_further_terms>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
+                              std::size_t first_channel) {
+    using run = depthwise_run<channels, has_further_terms>;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
+    if (stride == 1 && call.repeat == 1)
+        run(call, sums, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        run(call, sums, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        run(call, sums, first_channel, call.width).enlarged_twice();
+    else
+        run(call, sums, first_channel, result_width).any();
 }
 
-[[gnu::always_inline]] inline void fill_slot(__m256i a, __m256i b, __m256i c, std::int16_t* slot) {
-    __m256i* const to = reinterpret_cast<__m256i*>(slot);
-    _mm256_store_si256(to, _mm256_unpacklo_epi16(a, b));
-    _mm256_store_si256(to + 1, _mm256_unpackhi_epi16(a, b));
-    _mm256_store_si256(to + 2, _mm256_unpacklo_epi16(c, _mm256_setzero_si256()));
-    _mm256_store_si256(to + 3, _mm256_unpackhi_epi16(c, _mm256_setzero_si256()));
-}
-
-/// One column of a window for half of the channels of a block.
-template <std::size_t half>
-[[gnu::always_inline]] inline __m256i depthwise_column(const std::int16_t* slot, const std::int16_t* weights) {
-    const __m256i *const x = reinterpret_cast<const __m256i*>(slot) + half, *const w =
-                                                                                reinterpret_cast<const __m256i*>(weights) + half;
-    return _mm256_add_epi32(_mm256_madd_epi16(_mm256_load_si256(x), _mm256_load_si256(w)),
-                            _mm256_madd_epi16(_mm256_load_si256(x + 2), _mm256_load_si256(w + 2)));
-}
-
-template <std::size_t half>
-[[gnu::always_inline]] inline __m256i depthwise_sum(__m256i bias, const std::int16_t* left, const std::int16_t* middle,
-                                                    const std::int16_t* right, const std::int16_t* weights) {
-    const __m256i outer =
-        _mm256_add_epi32(depthwise_column<half>(left, weights), depthwise_column<half>(right, weights + 2 * depthwise_slot));
-    return _mm256_add_epi32(_mm256_add_epi32(bias, depthwise_column<half>(middle, weights + depthwise_slot)), outer);
+template <bool has_further_terms>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
+                              const detail::depthwise_unit& unit) {
+    if (unit.channels == 32)
+        depthwise_u8_unit<32>(call, sums, unit.first);
+    else
+        depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
-    const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    const requantizer requantize(weights.fast);
-    alignas(64) std::int16_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
-    for (std::size_t first = 0; first < result_width; first += most) {
-        const std::size_t rest = result_width - first;
-        const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
-        for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
-            const std::size_t start = block_start(channels, block);
-            for (std::size_t s = 0; s < columns.slots; ++s) {
-                const std::size_t column = columns.first_column + s;  // plus one
-                const bool outside = column == 0 || column > width;
-                const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
-                fill_slot(widen(outside ? nullptr : rows[0], offset, channels, weights.padding),
-                          widen(outside ? nullptr : rows[1], offset, channels, weights.padding),
-                          widen(outside ? nullptr : rows[2], offset, channels, weights.padding), slots + s * depthwise_slot);
-            }
-            const std::int16_t* const w = weights.wide.data() + block * 3 * depthwise_slot;
-            const __m256i* const bias = reinterpret_cast<const __m256i*>(weights.bias.data() + block * depthwise_block);
-            const __m256i low_bias = _mm256_load_si256(bias), high_bias = _mm256_load_si256(bias + 1);
-            std::uint8_t* to = result + first * channels + start;
-            const std::uint16_t* slot = columns.slot_of;
-            for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
-                const std::int16_t *const left = slots + slot[0] * depthwise_slot,
-                                          *const middle = slots + slot[1] * depthwise_slot,
-                                          *const right = slots + slot[2] * depthwise_slot;
-                const __m256i low = requantize(depthwise_sum<0>(low_bias, left, middle, right, w)),
-                              high = requantize(depthwise_sum<1>(high_bias, left, middle, right, w));
-                // Each lane holds its 8 channels twice.
-                store_first(to, _mm256_permute4x64_epi64(requantize.pack_lanes(low, high, low, high), 0x08), held);
-            }
-        }
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
+    const std::int8_t* values = weights.narrow.data();
+    const std::int32_t* bias = weights.bias.data();
+    const std::uint32_t* terms = weights.order.data();
+    for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
+        if (*terms == 1)
+            depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
+        else
+            depthwise_u8_unit(call, depthwise_sums<true>{values, bias, *terms}, unit);
+        values += *terms * 3 * 128;
+        done = unit.end();
     }
 }
 
@@ -3163,28 +3451,14 @@ LDI_END_TARGET
 
 namespace ldi::avx512vnni {
 
-inline constexpr std::size_t depthwise_fewest_channels = 16;  ///< of a unit
-
-/// Some channels of all pixels of a row. The last unit may begin within the one before it, and computes some values once more.
-struct depthwise_unit {
-    std::size_t first, channels;
-
-    /// The unit that comes after the first `done` of `all` channels.
-    depthwise_unit(std::size_t all, std::size_t done) {
-        const std::size_t left = all - done;
-        channels = left > 48 ? 64 : left > 16 ? 32 : 16;
-        while (channels > all && channels > depthwise_fewest_channels) channels /= 2;
-        first = done + channels <= all || all < channels ? done : all - channels;
-    }
-    std::size_t end() const { return first + channels; }
-};
+inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
 
 /// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
 /// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const depthwise_unit unit(packed.channels, done);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
         std::size_t channel[64];
         for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
         for (std::size_t column = 0; column < 3; ++column)
@@ -3204,27 +3478,25 @@ struct depthwise_vectors {
     __m512i v[4];
 };
 
-/// The 3 rows around the result's at one channel of each of 64 / channels stretches of them.
+/// The three rows at `channels` channels of each of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
-    static constexpr std::size_t stretches = 64 / channels;
-
-    const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
-    __mmask16 mask;        ///< of the channels that exist, in units of 16
+    detail::depthwise_position<64 / channels> position;
+    __mmask16 mask;  ///< of the channels that exist, in units of 16
 
     /// 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
-        const std::size_t moved = offset & moves[row];
         if constexpr (channels == 64) {
-            return _mm512_loadu_si512(at[row][0] + moved);
+            return _mm512_loadu_si512(position.find(row, 0, offset));
         } else if constexpr (channels == 32) {
-            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][0] + moved)),
-                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at[row][1] + moved));
+            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset))),
+                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 1, offset)));
             return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
         } else {
-            const __m128i a = _mm_maskz_loadu_epi8(mask, at[row][0] + moved), b = _mm_maskz_loadu_epi8(mask, at[row][1] + moved),
-                          c = _mm_maskz_loadu_epi8(mask, at[row][2] + moved), d = _mm_maskz_loadu_epi8(mask, at[row][3] + moved);
+            const __m128i a = _mm_maskz_loadu_epi8(mask, position.find(row, 0, offset)),
+                          b = _mm_maskz_loadu_epi8(mask, position.find(row, 1, offset)),
+                          c = _mm_maskz_loadu_epi8(mask, position.find(row, 2, offset)),
+                          d = _mm_maskz_loadu_epi8(mask, position.find(row, 3, offset));
             const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
                           high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
             return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
@@ -3249,13 +3521,15 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum + this column's products with column `k` of the weights.
-    template <std::size_t k>
-    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
-        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
-                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
-                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
-                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<0>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<1>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<2>(sum, column);
     }
     [[gnu::always_inline]] depthwise_vectors start() const {
         return {
@@ -3263,6 +3537,14 @@ struct depthwise_sums {
     }
 
 private:
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
+                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
+                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+
     template <std::size_t... i>
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
@@ -3292,147 +3574,110 @@ struct depthwise_result {
     }
 };
 
-/// What depthwise_u8() was called with.
-struct depthwise_call {
-    const depthwise_u8_weights& weights;
-    const std::uint8_t* const* rows;
-    std::size_t width, repeat;
-    std::uint8_t* result;
-    alignas(64) std::uint8_t padding[64];
-};
-
 /// Computes one unit.
 template <std::size_t channels>
 struct depthwise_run {
-    static constexpr std::size_t stretches = 64 / channels;
-
-    const depthwise_call& call;
-    const std::int8_t* weights;
-    const std::int32_t* bias;
-    std::size_t pixel_bytes, first_channel;
+    detail::depthwise_stretches<64 / channels> stretches;
+    depthwise_sums packed;
+    std::size_t pixel_stride;
     __mmask16 mask;
-    std::size_t length, starts[stretches];  ///< of the stretches
 
-    /// `all` things to be cut into stretches, the last of which overlaps the one before.
-    depthwise_run(const depthwise_call& c, const std::int8_t* values, const std::int32_t* biases, std::size_t first,
-                  std::size_t all)
-        : call(c),
-          weights(values),
-          bias(biases),
-          pixel_bytes(c.weights.channels),
-          first_channel(first),
-          mask(static_cast<__mmask16>(first_bytes(c.weights.channels < 16 ? c.weights.channels : 16))),
-          length((all + stretches - 1) / stretches) {
-        for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
-    }
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+                  std::size_t first_channel, std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(weights, bias),
+          pixel_stride(call.weights.channels),
+          mask(static_cast<__mmask16>(first_bytes(pixel_stride < 16 ? pixel_stride : 16))) {}
 
-    /// One column for each stretch; padding outside the row.
-    depthwise_rows<channels> rows_at(const std::size_t (&columns)[stretches]) const {
-        depthwise_rows<channels> found;
-        found.mask = mask;
-        for (std::size_t r = 0; r < 3; ++r) {
-            found.moves[r] = call.rows[r] == nullptr ? 0 : ~std::size_t{0};
-            for (std::size_t s = 0; s < stretches; ++s) {
-                const bool outside = call.rows[r] == nullptr || columns[s] >= call.width;
-                found.at[r][s] = outside ? call.padding : call.rows[r] + columns[s] * pixel_bytes + first_channel;
-            }
-        }
-        return found;
-    }
-    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
     depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 becomes more than any width
-        for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
-        return rows_at(columns);
+        return {stretches.at(column, scale), mask};
     }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), mask}; }
     depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, mask, requantizer(call.weights.fast)};
-        for (std::size_t s = 0; s < stretches; ++s) found.at[s] = call.result + starts[s] * scale * pixel_bytes + first_channel;
+        depthwise_result<channels> found{{}, mask, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < 64 / channels; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
 
     /// Each column ends one window, is the middle of the next and begins the one after it.
     void stride_1() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.add<1>(next, column);
-        next = sums.add<0>(sums.start(), column);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.add<2>(current, column), (x - 1) * pixel_bytes);
-            current = sums.add<1>(next, column);
-            next = sums.add<0>(sums.start(), column);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.add<2>(current, column), (length - 1) * pixel_bytes);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
     }
 
     /// Of two columns, both end a window, the first as its middle; the second begins the next.
     void stride_2() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.add<0>(sums.start(), rows_at(-1, 2).column(0));
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
         for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.add<1>(current, rows.column(2 * x * pixel_bytes));
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
             const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.add<2>(current, column), x * pixel_bytes);
-            current = sums.add<0>(sums.start(), column);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
         }
         const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.add<1>(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.add<2>(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
     }
 
     /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
     /// around its own halves, and begins the one around the first half of the column behind it.
     void enlarged_twice() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.add<0>(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
         depthwise_vectors column = rows.column(0);
-        result.store(sums.add<2>(sums.add<1>(first, column), column), 0);
-        first = sums.add<0>(sums.start(), column);
-        depthwise_vectors second = sums.add<1>(first, column);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
         for (std::size_t x = 1; x < length; ++x) {
             column = rows.column(x * pixel_bytes);
-            result.store(sums.add<2>(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.add<2>(sums.add<1>(first, column), column), 2 * x * pixel_bytes);
-            first = sums.add<0>(sums.start(), column);
-            second = sums.add<1>(first, column);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
         }
         column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.add<2>(second, column), (2 * length - 1) * pixel_bytes);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
     }
 
     /// Any stride and repetition: three columns for each window.
     void any() const {
-        const depthwise_sums sums(weights, bias);
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.add<0>(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.add<1>(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.add<2>(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
         }
-    }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const {
-        std::size_t columns[stretches];
-        for (std::size_t s = 0; s < stretches; ++s) {
-            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
-            columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
-        }
-        return rows_at(columns);
     }
 };
 
 template <std::size_t channels>
-inline void depthwise_u8_unit(const depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
                               std::size_t first_channel) {
-    const std::size_t stride = call.weights.stride, result_width = (call.width * call.repeat - 1) / stride + 1;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
     if (stride == 1 && call.repeat == 1)
         depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
     else if (stride == 2 && call.repeat == 1)
@@ -3445,12 +3690,11 @@ inline void depthwise_u8_unit(const depthwise_call& call, const std::int8_t* wei
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    depthwise_call call{weights, rows, width, repeat, result, {}};
-    std::memset(call.padding, weights.padding, sizeof call.padding);
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
     const std::int8_t* values = weights.narrow.data();
     const std::int32_t* bias = weights.bias.data();
     for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const depthwise_unit unit(weights.channels, done);
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
         switch (unit.channels) {
             case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
             case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;
@@ -3465,6 +3709,38 @@ LDI_END_TARGET
 }  // namespace ldi::avx512vnni
 
 #endif
+
+// ---- ldi/kernels/detail/depthwise_columns.hpp
+// Which columns of the stored rows a piece of a depthwise convolution's result reads.
+
+namespace ldi::detail {
+
+/// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
+/// columns outside the image (-1 and `width`) have slots as well.
+struct depthwise_columns {
+    /// Few enough that the slots and the rows they are filled from share a first-level cache of 32 KiB.
+    static constexpr std::size_t most_slots = 40, most_taps = 4 * most_slots;
+
+    std::size_t first = 0, count = 0;
+    std::size_t first_column = 0;  ///< that slot 0 holds, plus one
+    std::size_t slots = 0;
+    /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
+    std::uint16_t slot_of[most_taps];
+
+    /// So many result pixels fit whatever their position.
+    static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }
+
+    depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
+        : first(first_pixel), count(pixels) {
+        const auto column = [repeat](std::size_t enlarged) { return (enlarged + repeat - 1) / repeat; };  // both plus one
+        const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
+        first_column = column(begin);
+        for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
+        slots = column(end) - first_column + 1;
+    }
+};
+
+}  // namespace ldi::detail
 
 // ---- ldi/kernels/depthwise_u8_neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
@@ -4224,68 +4500,192 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/gemm_u8_avx2.hpp
-// kernels/gemm_u8.hpp with vpmaddwd, which adds two products of 16 bits to each of 8 sums, exactly. (vpmaddubsw multiplies twice
-// as much at a time but saturates: 255 * 127 * 2 does not fit into 16 bits.)
+// kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
+// two of these sums to each of 8 sums of 32 bits.
 //
-// Four inputs at a time are spread over the lanes and split into the even and the odd ones, which are 16-bit values where they
-// stand: one AND, one shift for every pixel, shared by the vectors of the panel. Multiplication and addition take two of three
-// vector ports a cycle; 12 sums are under way, the weights come from memory.
+// The 16-bit sums saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
+// products of two groups of four inputs may meet in one 16-bit sum before it is widened: 5 instructions for 64 products. Which
+// groups go together, and which weights have to be split over two, is found when weights are packed, for each panel of 16
+// outputs. (vpmaddwd on inputs of 16 bits, which never saturates, takes 8.)
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 3, gemm_group = 4;
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2, gemm_group = 4;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 15) / 16 * 16;
     for (std::size_t s = 0; s < packed.segments; ++s)
         for (std::size_t i = 0; i < padded; ++i)
-            packed.wide.push_back(
-                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+            packed.wide.push_back(static_cast<std::int16_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Panel by panel, segment by segment, four inputs by four inputs, vector by vector: of 8 outputs the inputs 0 and 2, then of
-/// the same 8 outputs the inputs 1 and 3.
+/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+struct gemm_term {
+    static constexpr std::size_t most_weights = gemm_most_vectors * gemm_lanes * gemm_group;
+
+    std::uint32_t first_input = 0;
+    int heaviest = 0;                        ///< of `load`
+    std::int8_t weights[most_weights] = {};  ///< outputs x 4
+    std::uint8_t load[most_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+
+    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
+    bool fits(const gemm_term& other) const {
+        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        for (std::size_t i = 0; i < most_weights; i += 8) {
+            std::uint64_t a = 0, b = 0;
+            std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
+            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+        }
+        return true;
+    }
+};
+
+/// Splits `rest`, the weights of one group, outputs x 4.
+inline void split_group(std::span<int> rest, std::size_t first_input, std::vector<gemm_term>& terms) {
+    bool is_empty = false;
+    while (!is_empty) {
+        gemm_term& term = terms.emplace_back();
+        term.first_input = static_cast<std::uint32_t>(first_input);
+        is_empty = true;
+        for (std::size_t i = 0; i < rest.size(); i += 2) {
+            int a = rest[i], b = rest[i + 1];
+            if (!fit_one_sum(a, b)) {
+                sum_room room;
+                a = room.take(rest[i]), b = room.take(rest[i + 1]);
+                is_empty = false;
+            } else {
+                rest[i] = rest[i + 1] = 0;
+            }
+            const int positive = ((std::max)(a, 0) + (std::max)(b, 0) + 1) / 2;
+            const int negative = (1 - (std::min)(a, 0) - (std::min)(b, 0)) / 2;
+            term.weights[i] = static_cast<std::int8_t>(a), term.weights[i + 1] = static_cast<std::int8_t>(b);
+            term.load[i] = static_cast<std::uint8_t>(positive), term.load[i + 1] = static_cast<std::uint8_t>(negative);
+            term.heaviest = (std::max)(term.heaviest, (std::max)(positive, negative));
+        }
+    }
+}
+
+/// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
+struct paired_terms {
+    std::vector<const gemm_term*> order;
+    std::size_t pairs = 0;
+
+    explicit paired_terms(const std::vector<gemm_term>& terms) {
+        std::vector<const gemm_term*> rest, singles;  // the lightest last
+        for (const gemm_term& term : terms) rest.push_back(&term);
+        std::stable_sort(rest.begin(), rest.end(),
+                         [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
+        for (std::size_t i = 0; i < rest.size(); ++i) {
+            const std::size_t partner = find_partner(rest, i);
+            if (partner == i) {
+                singles.push_back(rest[i]);
+                continue;
+            }
+            order.push_back(rest[i]);
+            order.push_back(rest[partner]);
+            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(partner));
+        }
+        pairs = order.size() / 2;
+        order.insert(order.end(), singles.begin(), singles.end());
+    }
+
+private:
+    /// `i` if there is none among the lightest, which are the likeliest.
+    static std::size_t find_partner(const std::vector<const gemm_term*>& rest, std::size_t i) {
+        constexpr std::size_t tries = 8;
+        for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
+            if (rest[i]->fits(*rest[rest.size() - 1 - t])) return rest.size() - 1 - t;
+        return i;
+    }
+};
+
+/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
+/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
-    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    std::vector<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t g = 0; g < groups; ++g)
-                for (std::size_t v = first; v < first + outputs; v += gemm_lanes)
-                    for (std::size_t odd = 0; odd < 2; ++odd)
-                        for (std::size_t o = v; o < v + gemm_lanes; ++o)
-                            for (std::size_t i = g * gemm_group + odd; i < (g + 1) * gemm_group; i += 2) {
-                                const bool exists = o < packed.outputs && i < packed.inputs;
-                                const int weight =
-                                    exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
-                                packed.wide.push_back(static_cast<std::int16_t>(weight));
-                            }
+        for (std::size_t s = 0; s < packed.segments; ++s) {
+            terms.clear();
+            for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
+                int group[gemm_term::most_weights] = {};
+                for (std::size_t o = first; o < first + outputs && o < packed.outputs; ++o)
+                    for (std::size_t i = g; i < g + gemm_group && i < packed.inputs; ++i)
+                        group[(o - first) * gemm_group + i - g] =
+                            sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point});
+                split_group({group, outputs * gemm_group}, g, terms);
+            }
+            const paired_terms paired(terms);
+            packed.order.push_back(static_cast<std::uint32_t>(paired.pairs));
+            packed.order.push_back(static_cast<std::uint32_t>(terms.size() - 2 * paired.pairs));
+            for (const gemm_term* term : paired.order) {
+                packed.order.push_back(term->first_input);
+                packed.narrow.insert(packed.narrow.end(), term->weights, term->weights + outputs * gemm_group);
+            }
+        }
         first += outputs;
     }
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-struct gemm_tile_input {
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
     const std::uint8_t* const* segments;
-    std::size_t segment_count, groups, pixel_stride;
+    std::size_t segment_count, pixel_stride, pixels;
+    const std::uint32_t* order;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
 };
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, const std::uint8_t* inputs,
-                                                const __m256i* weights) {
+[[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
     std::int32_t four = 0;
     std::memcpy(&four, inputs, sizeof four);
-    const __m256i values = _mm256_set1_epi32(four);
-    const __m256i even = _mm256_and_si256(values, _mm256_set1_epi32(0x00FF00FF)), odd = _mm256_srli_epi16(values, 8);
-    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(even, _mm256_load_si256(weights + 2 * v)))), ...);
-    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(odd, _mm256_load_si256(weights + 2 * v + 1)))), ...);
+    return _mm256_set1_epi32(four);
+}
+
+[[gnu::always_inline]] inline __m256i widen(__m256i sum, __m256i products) {
+    return _mm256_add_epi32(sum, _mm256_madd_epi16(products, _mm256_set1_epi16(1)));
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<v...>, __m256i* sums, __m256i inputs, const __m256i* weights) {
+    ((sums[v] = widen(sums[v], _mm256_maddubs_epi16(inputs, weights[v]))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<v...>, __m256i* sums, __m256i a, __m256i b,
+                                            const __m256i* a_weights, const __m256i* b_weights) {
+    ((sums[v] = widen(sums[v], _mm256_add_epi16(_mm256_maddubs_epi16(a, a_weights[v]), _mm256_maddubs_epi16(b, b_weights[v])))),
+     ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* x, std::size_t stride, const __m256i* weights) {
+    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+    (add_term(vectors, sums + p * sizeof...(v), spread_four(x + p * stride), w), ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* a, const std::uint8_t* b, std::size_t stride,
+                                            const __m256i* weights) {
+    const __m256i a_weights[] = {_mm256_load_si256(weights + v)...};
+    const __m256i b_weights[] = {_mm256_load_si256(weights + sizeof...(v) + v)...};
+    (add_pair(vectors, sums + p * sizeof...(v), spread_four(a + p * stride), spread_four(b + p * stride), a_weights, b_weights),
+     ...);
 }
 
 template <std::size_t... v>
@@ -4293,50 +4693,80 @@ template <std::size_t... v>
     ((to[v] = from[v]), ...);
 }
 
-template <std::size_t vectors>
-[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const requantizer& requantize, std::size_t held,
-                                               std::uint8_t* result) {
-    const __m256i a = requantize(sums[0]);
-    const __m256i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
-    const __m256i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
-    store_first(result, gather_lanes(requantize.pack_lanes(a, b, c, a)), held);
+/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                              std::size_t outputs) {
+    const __m256i bytes =
+        gather_lanes(requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3])));
+    const __m128i low = _mm256_castsi256_si128(bytes), high = _mm256_extracti128_si256(bytes, 1);
+    if constexpr (vectors == 2) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result), low);
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result + outputs), high);
+    } else {
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result), low);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + outputs), _mm_unpackhi_epi64(low, low));
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 2 * outputs), high);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 3 * outputs), _mm_unpackhi_epi64(high, high));
+    }
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_tile_input& input,
-                         std::size_t first_pixel, const std::int16_t* weights, const std::int32_t* bias,
-                         const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                               std::size_t held) {
+    const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
+    store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
+}
+
+template <std::size_t vectors, class Requantizer, std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m256i* sums, const Requantizer& requantize,
+                                                std::uint8_t* result, std::size_t outputs) {
+    (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
     __m256i sums[sizeof...(p) * sizeof...(v)];
-    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(bias + v * gemm_lanes))...};
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
     (copy(vectors, sums + p * sizeof...(v), start), ...);
-    const std::size_t stride = input.pixel_stride;
-    for (std::size_t s = 0; s < input.segment_count; ++s) {
-        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
-        for (std::size_t g = 0; g < input.groups; ++g) {
-            const __m256i* const w = reinterpret_cast<const __m256i*>(weights);
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            x += gemm_group;
-            weights += sizeof...(v) * gemm_lanes * gemm_group;
-        }
+    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+    const std::uint32_t* order = panel.order;
+    const std::size_t stride = panel.pixel_stride;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* const x = panel.segments[s] + first * stride;
+        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+        for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
+            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
+        for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
     }
-    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
+    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (count % 4 == 0)
+        if (panel.held == sizeof...(v) * gemm_lanes)
+            return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int16_t* weights, const std::int32_t* bias,
-                          const requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
-    constexpr std::make_index_sequence<pixels> tile{};
-    constexpr std::make_index_sequence<vectors> wide{};
-    std::size_t p = 0;
-    for (; p + pixels <= count; p += pixels)
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
-        p = count - pixels;
-        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-        return;
-    }
-    for (; p < count; ++p)
-        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
+    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, rectifier>(panel, output)
+                           : gemm_u8_panel<pixels, vectors, requantizer>(panel, output);
 }
 
 /// The sum of one pixel and one output.
@@ -4380,22 +4810,32 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
-    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
-    const requantizer requantize(weights.fast);
-    const std::int16_t* values = weights.wide.data();
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
-        const std::int32_t* const bias = weights.bias.data() + first;
-        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
-        std::uint8_t* const to = result + first;
-        switch (vectors) {
-            case 1: gemm_u8_panel<8, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            case 2: gemm_u8_panel<6, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
-            default: gemm_u8_panel<4, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
+    gemm_panel panel{segments,
+                     weights.segments,
+                     pixel_stride,
+                     pixels,
+                     weights.order.data(),
+                     weights.narrow.data(),
+                     weights.bias.data(),
+                     result,
+                     weights.outputs,
+                     0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        if (vectors == 1)
+            gemm_u8_panel<8, 1>(panel, weights.fast);
+        else
+            gemm_u8_panel<4, 2>(panel, weights.fast);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += panel.held;
+        for (std::size_t s = 0; s < weights.segments; ++s) {
+            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
+            panel.order += 2 + terms;
+            panel.weights += terms * lanes * gemm_group;
         }
-        first += all;
-        values += input.segment_count * input.groups * all * gemm_group;
     }
 }
 
