@@ -285,6 +285,14 @@ struct coarsened {
     std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
+/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off by
+/// a silhouette.
+enum class orphan_rule {
+    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
+                    ///< exploration in the order up, down, left, right finds
+    stay,           ///< it has no parent
+};
+
 namespace detail {
 /// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
 /// down, left, right, finds first; no_pixel if none.
@@ -346,38 +354,47 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
 /// only be the straight one.
 ///
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. A pixel that has none (on a thin strip, or cut off
-/// by a silhouette) shares the parent of the pixel nearest to it by links that has one, the first that breadth-first exploration
-/// in the order up, down, left, right finds. The parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g) {
+/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides; where
+/// they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
+    const std::size_t count = g.size();
+    const auto is_kept = [&](std::size_t i) { return ((g.x[i] | g.y[i]) & 1) == 0; };
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    result.parent.assign(g.size(), no_pixel);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.x[i] % 2 == 0 && g.y[i] % 2 == 0) {
-            result.parent[i] = static_cast<std::int32_t>(result.kept.size());
-            result.kept.push_back(static_cast<std::int32_t>(i));
+    std::vector<std::int32_t>&kept = result.kept, &parent = result.parent;
+    parent.assign(count, no_pixel);
+    kept.reserve(count / 4 + static_cast<std::size_t>(g.width));
+    for (std::size_t i = 0; i < count; ++i)
+        if (is_kept(i)) {
+            parent[i] = static_cast<std::int32_t>(kept.size());
+            kept.push_back(static_cast<std::int32_t>(i));
         }
 
     graph& coarse = result.topology;
-    coarse.resize(result.kept.size());
-    for (std::size_t i = 0; i < result.kept.size(); ++i) {
-        const std::int32_t fine = result.kept[i];
-        coarse.x[i] = g.x[static_cast<std::size_t>(fine)] / 2;
-        coarse.y[i] = g.y[static_cast<std::size_t>(fine)] / 2;
-        for (side s : all_sides) {
-            const std::int32_t between = g.neighbour(fine, s);
-            const std::int32_t other = between == no_pixel ? no_pixel : g.neighbour(between, s);
-            coarse.neighbours(s)[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
+    coarse.resize(kept.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+        coarse.x[i] = g.x[static_cast<std::size_t>(kept[i])] / 2;
+        coarse.y[i] = g.y[static_cast<std::size_t>(kept[i])] / 2;
+    }
+    for (side s : all_sides) {
+        const std::vector<std::int32_t>& fine_links = g.neighbours(s);
+        std::vector<std::int32_t>& coarse_links = coarse.neighbours(s);
+        for (std::size_t i = 0; i < kept.size(); ++i) {
+            const std::int32_t between = fine_links[static_cast<std::size_t>(kept[i])];
+            const std::int32_t other = between == no_pixel ? no_pixel : fine_links[static_cast<std::size_t>(between)];
+            coarse_links[i] = other == no_pixel ? no_pixel : parent[static_cast<std::size_t>(other)];
         }
     }
 
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        if (g.x[i] % 2 == 0 && g.y[i] % 2 == 0) continue;
-        const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
-        if (corner != no_pixel) result.parent[i] = result.parent[static_cast<std::size_t>(corner)];
+    for (std::size_t i = 0; i < count; ++i) {
+        if (is_kept(i)) continue;
+        // The first way of corner_of_group() is nearly always open.
+        std::int32_t corner = (g.y[i] & 1) != 0 ? g.up[i] : static_cast<std::int32_t>(i);
+        if (corner != no_pixel && (g.x[i] & 1) != 0) corner = g.left[static_cast<std::size_t>(corner)];
+        if (corner == no_pixel) corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
+        if (corner != no_pixel) parent[i] = parent[static_cast<std::size_t>(corner)];
     }
-    detail::adopt_nearest_parent(g, result.parent);
+    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, parent);
     return result;
 }
 

@@ -108,6 +108,20 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
     CHECK(result.parent == std::vector<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
 
+TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes") {
+    testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology;
+        const coarsened adopted = coarsen(g), stayed = coarsen(g, orphan_rule::stay);
+        REQUIRE(testing::same_graph(adopted.topology, stayed.topology));
+        REQUIRE(adopted.kept == stayed.kept);
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
+            REQUIRE(stayed.parent[i] == (corner == no_pixel ? no_pixel : adopted.parent[static_cast<std::size_t>(corner)]));
+            if (stayed.parent[i] != no_pixel) REQUIRE(adopted.parent[i] == stayed.parent[i]);
+        }
+    });
+}
+
 TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
     graph g = make_grid(3, 1);
     for (std::int32_t x = 0; x < 3; ++x) {

@@ -60,43 +60,49 @@ inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t o
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
+inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < shortest_segment) return false;
+        add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    return plan;
+}
+
+inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        const std::size_t i = static_cast<std::size_t>(first);
+        if (g.y[i] % 2 != 0) return true;
+        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (kept < shortest_segment) return false;
+        // The kept pixels of a run follow each other in the coarse graph.
+        add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        return true;
+    });
+    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
+        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    return plan;
+}
+
 }  // namespace detail
 
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
 /// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size;
-    plan.input_count = plan.output_count = g.size();
-    detail::regular_pixels regular(g, kernel_size);
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < detail::shortest_segment) return false;
-        detail::add_segment(plan, {first, count}, rows, 0);
-        return true;
-    });
-    regular.for_each_other([&](std::int32_t pixel) { detail::add_irregular(plan, g, pixel, pixel); });
-    return plan;
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
-    detail::regular_pixels regular(g, kernel_size);
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        const std::size_t i = static_cast<std::size_t>(first);
-        if (g.y[i] % 2 != 0) return true;
-        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
-        if (kept < detail::shortest_segment) return false;
-        // The kept pixels of a run follow each other in the coarse graph.
-        detail::add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
-        return true;
-    });
-    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
-        if (!regular.contains(coarse.kept[o])) detail::add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
-    return plan;
+    return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
 /// The same plan for some outputs only.

@@ -49,12 +49,14 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
         const graph& g = i == 0 ? finest : coarse;
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
-        level.average = plan_convolution(g, 3);
+        const link_strips strips(g);
+        const regular_pixels regular(g, 3, strips);
+        level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g);
-        level.above = parents_in_group(g, next);
-        level.average_coarse = plan_convolution(g, 3, next);
-        if (kernels[i] != 3) encode[i] = plan_convolution(g, kernels[i], next);
+        coarsened next = coarsen(g, orphan_rule::stay);
+        level.average_coarse = plan_kept(g, 3, next, regular);
+        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
+        level.above = std::move(next.parent);
         coarse = std::move(next.topology);
     }
 

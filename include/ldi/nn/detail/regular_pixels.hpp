@@ -79,6 +79,13 @@ inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
     return strips;
 }
 
+/// The strips of a graph's links: found once for all kernel sizes.
+struct link_strips {
+    std::vector<pixel_strip> up, down, right;
+
+    explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
+};
+
 /// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
 /// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
 /// whatever other links there are.
@@ -99,10 +106,12 @@ inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
 /// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
 class regular_pixels {
 public:
-    regular_pixels(const graph& g, std::int32_t kernel_size)
+    regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+
+    regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbour lies next in memory
-        for (const pixel_strip& strip : strips_of(g.right))
+        for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1)
                 has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
         goes_on_ = has_right;
@@ -111,7 +120,8 @@ public:
         for (std::size_t w = 0; w < regular_.word_count(); ++w)
             for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
         const pixel_bits ribs = regular_;
-        for (const side s : {side::up, side::down}) follow(s, ribs);
+        follow(strips.up, ribs);
+        follow(strips.down, ribs);
     }
 
     bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
@@ -154,8 +164,7 @@ private:
     }
 
     /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
-    void follow(side s, const pixel_bits& ribs) {
-        const std::vector<pixel_strip> strips = strips_of(g_.neighbours(s));
+    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips)
             side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);

@@ -1,0 +1,177 @@
+// The inpainting network on the layered image of a real photo, one thread: milliseconds of every step, the share of pixels that
+// are computed at every level, and the peak of its working memory.
+//
+//   ldi_bench_networks_farbrausch [LONG_SIDE...]    sides of the photo, 1536 by default; with several, one line each, for a plot
+//
+// The weights are random: their values change nothing in the time.
+#include <bench/support/converted_photo.hpp>
+#include <ldi/networks/farbrausch.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+// What is allocated, to find the peak of.
+std::size_t bytes_now = 0, bytes_peak = 0;
+
+void* counted(std::size_t bytes, std::size_t alignment) {
+    void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    if (memory == nullptr) std::abort();
+    bytes_peak = std::max(bytes_peak, bytes_now += malloc_usable_size(memory));
+    return memory;
+}
+
+void release(void* memory) {
+    if (memory != nullptr) bytes_now -= malloc_usable_size(memory);
+    std::free(memory);
+}
+
+}  // namespace
+
+void* operator new(std::size_t bytes) { return counted(bytes, alignof(std::max_align_t)); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) { return counted(bytes, static_cast<std::size_t>(alignment)); }
+void operator delete(void* memory) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t) noexcept { release(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
+
+namespace {
+
+using clock = std::chrono::steady_clock;
+
+double milliseconds(clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); }
+
+ldi::named_tensors random_weights(const ldi::farbrausch_architecture& a) {
+    ldi::named_tensors weights;
+    std::mt19937 random(1);
+    const auto add = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::size_t k) {
+        const float spread = 2.0F / std::sqrt(static_cast<float>(inputs * k * k));
+        std::uniform_real_distribution<float> value(-spread, spread);
+        std::vector<float> w(outputs * inputs * k * k);
+        for (float& v : w) v = value(random);
+        weights.tensors[name + ".weight"] = {{outputs, inputs, k, k}, std::move(w)};
+        weights.tensors[name + ".bias"] = {{outputs}, std::vector<float>(outputs, 0.0F)};
+    };
+    const std::size_t depth = a.channels.size();
+    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
+    for (std::size_t i = 0; i < depth; ++i) {
+        add("encoder." + std::to_string(i), skip(i), a.channels[i], static_cast<std::size_t>(a.kernels[i]));
+        add("decoder." + std::to_string(depth - 1 - i), a.channels[i] + skip(i), i == 0 ? 3 : skip(i), 3);
+    }
+    return weights;
+}
+
+struct measurement {
+    std::vector<std::vector<double>> steps;  ///< of every run
+    std::vector<double> whole;
+    std::size_t peak_bytes = 0;
+};
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& layers, int runs) {
+    measurement result;
+    ldi::serial_executor serial;
+    for (int run = 0; run < runs; ++run) {
+        ldi::photo_layers copy = layers;
+        struct timer {
+            clock::time_point last;
+            std::vector<double> steps;
+        } t{clock::now(), {}};
+        ldi::observer watcher;
+        watcher.user = &t;
+        watcher.on_progress = [](void* user, std::string_view, float) {
+            timer& self = *static_cast<timer*>(user);
+            const clock::time_point now = clock::now();
+            self.steps.push_back(milliseconds(now - self.last));
+            self.last = now;
+        };
+        bytes_peak = bytes_now;
+        const std::size_t before = bytes_now;
+        const clock::time_point start = clock::now();
+        network.inpaint(copy, serial, watcher);
+        result.whole.push_back(milliseconds(clock::now() - start));
+        result.steps.push_back(t.steps);
+        result.peak_bytes = bytes_peak - before;
+    }
+    return result;
+}
+
+std::vector<std::uint8_t> unknown_of(const ldi::photo_layers& layers) {
+    std::vector<std::uint8_t> unknown;
+    for (const std::uint8_t known : layers.column<ldi::known_column>()) unknown.push_back(known == 0 ? 1 : 0);
+    return unknown;
+}
+
+void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers, const measurement& m) {
+    const ldi::farbrausch_architecture& a = network.architecture();
+    const std::size_t depth = a.channels.size();
+    const auto levels = ldi::detail::plan_farbrausch(layers.topology, a.kernels, unknown_of(layers));
+    std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "fewest", "GMAC/s");
+    double products_in_all = 0;
+    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
+    for (std::size_t s = 0; s < m.steps[0].size(); ++s) {
+        std::vector<double> times;
+        for (const auto& run : m.steps) times.push_back(run[s]);
+        std::string name = s == 0 ? "plans" : "smooth fills";
+        std::size_t products = 0;
+        if (s >= 2 && s < 2 + depth) {
+            const std::size_t i = s - 2, k = static_cast<std::size_t>(a.kernels[i]);
+            name = "encoder." + std::to_string(i);
+            products = levels[i + 1].read.size() * k * k * skip(i) * a.channels[i];
+        } else if (s >= 2) {
+            const std::size_t j = s - 2 - depth, i = depth - 1 - j;
+            name = "decoder." + std::to_string(j);
+            products = levels[i].decoded.size() * 9 * (a.channels[i] + skip(i)) * (i == 0 ? 3 : skip(i));
+        }
+        products_in_all += static_cast<double>(products);
+        const double fewest = *std::min_element(times.begin(), times.end());
+        std::printf("%-12s %10.2f %8.2f", name.c_str(), median(times), fewest);
+        std::printf(products == 0 ? "\n" : " %8.1f\n", static_cast<double>(products) / fewest / 1e6);
+    }
+    std::printf("\n%-6s %10s %18s %18s\n", "level", "pixels", "encoder computes", "decoder computes");
+    for (std::size_t i = 0; i <= depth; ++i) {
+        const double all = static_cast<double>(levels[i].pixel_count);
+        std::printf("%-6zu %10zu", i, levels[i].pixel_count);
+        std::printf(i == 0 ? " %10.1f %% (read)" : " %16.1f %%", 100.0 * static_cast<double>(levels[i].read.size()) / all);
+        if (i < depth) std::printf(" %16.1f %%", 100.0 * static_cast<double>(levels[i].decoded.size()) / all);
+        std::printf("\n");
+    }
+    std::printf("\n%.2f GMAC\n", products_in_all / 1e9);
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+    std::vector<std::size_t> long_sides;
+    for (int i = 1; i < count; ++i) long_sides.push_back(std::strtoul(values[i], nullptr, 10));
+    if (long_sides.empty()) long_sides.push_back(1536);
+    const ldi::farbrausch network(random_weights({}));
+    for (const std::size_t long_side : long_sides) {
+        ldi::photo3d_options options;
+        options.long_side = long_side;
+        const ldi::photo_layers layers = ldi_bench::converted_photo(options).layers;
+        const measurement m = measure(network, layers, long_sides.size() == 1 ? 15 : 5);
+        if (long_sides.size() == 1) print_steps(network, layers, m);
+        const std::vector<std::uint8_t> unknown = unknown_of(layers);
+        std::printf("%d x %d, %zu pixels, %zu unknown: median %.1f ms, fewest %.1f; peak %.1f MB\n", layers.topology.width,
+                    layers.topology.height, layers.size(),
+                    static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})), median(m.whole),
+                    *std::min_element(m.whole.begin(), m.whole.end()), static_cast<double>(m.peak_bytes) / 1e6);
+        std::fflush(stdout);
+    }
+    return 0;
+}
