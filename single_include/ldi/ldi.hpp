@@ -5677,6 +5677,13 @@ inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
     return strips;
 }
 
+/// The strips of a graph's links: found once for all kernel sizes.
+struct link_strips {
+    std::vector<pixel_strip> up, down, right;
+
+    explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
+};
+
 /// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
 /// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
 /// whatever other links there are.
@@ -5697,10 +5704,12 @@ inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
 /// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
 class regular_pixels {
 public:
-    regular_pixels(const graph& g, std::int32_t kernel_size)
+    regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+
+    regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbour lies next in memory
-        for (const pixel_strip& strip : strips_of(g.right))
+        for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1)
                 has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
         goes_on_ = has_right;
@@ -5709,7 +5718,8 @@ public:
         for (std::size_t w = 0; w < regular_.word_count(); ++w)
             for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
         const pixel_bits ribs = regular_;
-        for (const side s : {side::up, side::down}) follow(s, ribs);
+        follow(strips.up, ribs);
+        follow(strips.down, ribs);
     }
 
     bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
@@ -5752,8 +5762,7 @@ private:
     }
 
     /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
-    void follow(side s, const pixel_bits& ribs) {
-        const std::vector<pixel_strip> strips = strips_of(g_.neighbours(s));
+    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
         for (const pixel_strip& strip : strips)
             side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
@@ -5833,43 +5842,49 @@ inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t o
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
+inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < shortest_segment) return false;
+        add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    return plan;
+}
+
+inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        const std::size_t i = static_cast<std::size_t>(first);
+        if (g.y[i] % 2 != 0) return true;
+        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (kept < shortest_segment) return false;
+        // The kept pixels of a run follow each other in the coarse graph.
+        add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        return true;
+    });
+    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
+        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    return plan;
+}
+
 }  // namespace detail
 
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
 /// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size;
-    plan.input_count = plan.output_count = g.size();
-    detail::regular_pixels regular(g, kernel_size);
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (count < detail::shortest_segment) return false;
-        detail::add_segment(plan, {first, count}, rows, 0);
-        return true;
-    });
-    regular.for_each_other([&](std::int32_t pixel) { detail::add_irregular(plan, g, pixel, pixel); });
-    return plan;
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
-    convolution_plan plan;
-    plan.kernel_size = kernel_size, plan.stride = 2;
-    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
-    detail::regular_pixels regular(g, kernel_size);
-    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        const std::size_t i = static_cast<std::size_t>(first);
-        if (g.y[i] % 2 != 0) return true;
-        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
-        if (kept < detail::shortest_segment) return false;
-        // The kept pixels of a run follow each other in the coarse graph.
-        detail::add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
-        return true;
-    });
-    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
-        if (!regular.contains(coarse.kept[o])) detail::add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
-    return plan;
+    return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
 /// The same plan for some outputs only.
@@ -7512,12 +7527,14 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
         const graph& g = i == 0 ? finest : coarse;
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
-        level.average = plan_convolution(g, 3);
+        const link_strips strips(g);
+        const regular_pixels regular(g, 3, strips);
+        level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g);
-        level.above = parents_in_group(g, next);
-        level.average_coarse = plan_convolution(g, 3, next);
-        if (kernels[i] != 3) encode[i] = plan_convolution(g, kernels[i], next);
+        coarsened next = coarsen(g, orphan_rule::stay);
+        level.average_coarse = plan_kept(g, 3, next, regular);
+        if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
+        level.above = std::move(next.parent);
         coarse = std::move(next.topology);
     }
 
