@@ -19,6 +19,8 @@ readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3"
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
+readonly needs_webassembly=(
+    "command em++;emscripten" "command node;nodejs" "header protozero/pbf_reader.hpp;libprotozero-dev")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.

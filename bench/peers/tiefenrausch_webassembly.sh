@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# The depth network at 384 x 288 in WebAssembly under node, one thread, beside ONNX Runtime Web (int8) and TensorFlow.js (float,
+# its wasm backend), pinned to one processor, in turns. Prints the median of each and ends with "ratio R": ours over the faster of
+# them. The first run compiles ours, builds their models and installs them in the folder PEERS_OUT; with 0 rounds that is all.
+#
+#   bench/peers/tiefenrausch_webassembly.sh [ROUNDS]
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+shared="$root/../shared"
+rounds=${1:-5}
+export PEERS_OUT=${PEERS_OUT:-/tmp/ldi_peers}
+# shellcheck source=tests/emulated/header_links.sh
+source "$root/tests/emulated/header_links.sh"
+
+skip() {
+    printf 'skipped: %s\n' "$1"
+    exit 0
+}
+[[ -d $shared/peers && -d $shared/tiefenrausch ]] || skip "there is no ../shared with the published network"
+for tool in em++ node npm taskset; do
+    command -v "$tool" >/dev/null || skip "$tool is not installed"
+done
+
+peers=()
+packages="$PEERS_OUT/webassembly"
+mkdir -p "$packages"
+# What npm cannot install, or what needs a model that cannot be built, is left out, and said so.
+add_peer() {
+    local name=$1
+    shift
+    if [[ -d $packages/node_modules/${1%@*} ]] ||
+        (cd "$packages" && { [[ -f package.json ]] || npm init -y; } && npm install --silent --ignore-scripts "$@") >/dev/null; then
+        peers+=("$name")
+    else
+        printf 'without %s: npm could not install %s\n' "$name" "$*"
+    fi
+}
+if [[ -f $PEERS_OUT/qlinear_u8s8.onnx ]] || /usr/bin/python3 "$shared/peers/build_models.py" >/dev/null; then
+    add_peer onnx_runtime_web onnxruntime-web@1.30.0
+else
+    printf 'without onnx_runtime_web: its model needs python3-torch, python3-onnx and python3-opencv\n'
+fi
+add_peer tensorflow_js @tensorflow/tfjs-backend-wasm@4.22.0 @tensorflow/tfjs@4.22.0
+[[ ${#peers[@]} -gt 0 ]] || skip "no peer could be installed"
+
+link_headers "$PEERS_OUT/headers"
+export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs # where Debian keeps what Emscripten's own scripts need
+em++ -std=c++20 -O3 -DNDEBUG -msimd128 -fwasm-exceptions -I"$root/include" -I"$root" -isystem "$PEERS_OUT/headers" \
+    -DLDI_SHARED_DIR="\"$shared\"" "$here/webassembly/tiefenrausch.cpp" -sNODERAWFS=1 -sALLOW_MEMORY_GROWTH=1 \
+    -o "$PEERS_OUT/tiefenrausch.js"
+[[ $rounds -gt 0 ]] || skip "everything is built, no round was asked for"
+
+processor=$(taskset -cp $$ | sed 's/.*[ ,-]//') # the last one that we may use
+pinned() { (cd "$packages" && taskset -c "$processor" node --no-experimental-fetch "$@") | sed -n 's/^median *\([0-9.]*\).*/\1/p'; }
+run() {
+    case $1 in
+        ldi) pinned "$PEERS_OUT/tiefenrausch.js" 9 ;;
+        *) pinned "$here/webassembly/peers.mjs" "$1" "$PEERS_OUT" "$shared/tiefenrausch/layers.txt" 3 ;;
+    esac
+}
+median() { sort -g "$1" | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
+
+times=$(mktemp -d)
+trap 'rm -rf "$times"' EXIT
+for ((round = 0; round < rounds; ++round)); do
+    for name in ldi "${peers[@]}"; do
+        run "$name" >>"$times/$name"
+    done
+done
+
+mine=$(median "$times/ldi")
+fastest=
+printf '%-32s %9s %8s\n' "384x288, WebAssembly, one thread" "ms" "ratio"
+printf '%-32s %9.1f\n' "ldi, int8" "$mine"
+for peer in "${peers[@]}"; do
+    theirs=$(median "$times/$peer")
+    printf '%-32s %9.1f %8.3f\n' "$peer" "$theirs" "$(awk "BEGIN { print $mine / $theirs }")"
+    fastest=$(awk "BEGIN { f = \"$fastest\"; print (f == \"\" || $theirs < f + 0) ? $theirs : f }")
+done
+printf 'ratio %.3f\n' "$(awk "BEGIN { print $mine / $fastest }")"

@@ -1,0 +1,41 @@
+// The depth network as published, on a real photo at 384 x 288, for node: tiefenrausch.js RUNS. Prints the median in
+// milliseconds, the fewest, and how many pixels differ from the published result.
+#include <ldi/networks/caffe2.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <tests/support/npy.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+int main(int count, char** arguments) {
+    using std::chrono::steady_clock;
+    const std::size_t runs = count > 1 ? std::strtoul(arguments[1], nullptr, 10) : 9;
+    const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
+    const ldi::tiefenrausch network(ldi::read_caffe2(ldi_test::read_bytes(folder + "model/tiefenrausch.pb"),
+                                                     ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb")));
+    const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy"),
+               expected = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy");
+    ldi::image<std::uint8_t> rgb = ldi::make_image<std::uint8_t>(384, 288, 3);
+    std::copy(photo.values.begin(), photo.values.end(), rgb.data());
+
+    ldi::serial_executor serial;
+    std::vector<double> times;
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < runs + 2; ++i) {  // two to warm up
+        const auto start = steady_clock::now();
+        const ldi::image<std::uint8_t> found = network.log_disparity(rgb, serial);
+        const std::chrono::duration<double, std::milli> time = steady_clock::now() - start;
+        if (i >= 2) times.push_back(time.count());
+        different = 0;
+        for (std::size_t p = 0; p < found.size(); ++p) different += found.data()[p] != expected.values[p];
+    }
+    std::sort(times.begin(), times.end());
+    std::printf("median %.2f fewest %.2f, %zu pixels differ, %s\n", times[times.size() / 2], times[0], different,
+                std::string(to_string(network.target())).c_str());
+    return different == 0 ? 0 : 1;
+}
