@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #ifndef LDI_SOURCE_DIR
 #define LDI_SOURCE_DIR "."
@@ -236,4 +237,105 @@ TEST_CASE("the number of threads changes nothing") {
         const photo_layers layers = random_layers(random, 60);
         REQUIRE(run(network, layers) == network.colours(layers, unknown_of(layers), threads));
     }
+}
+
+TEST_CASE("an image is inpainted as a single layer, and what is known stays as it is") {
+    const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
+    const golden_case whole = read_case("whole");
+    const std::size_t h = static_cast<std::size_t>(whole.layers.topology.height),
+                      w = static_cast<std::size_t>(whole.layers.topology.width);
+    image<std::uint8_t> colour = make_image<std::uint8_t>(h, w, 3), known = make_image<std::uint8_t>(h, w);
+    std::copy(whole.layers.column<colour_column>().begin(), whole.layers.column<colour_column>().end(), colour.begin());
+    std::copy(whole.layers.column<known_column>().begin(), whole.layers.column<known_column>().end(), known.begin());
+    const image<std::uint8_t> result = network.inpaint(colour, known, one_thread);
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < h * w; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::uint8_t value = result.data()[3 * i + c];
+            if (known.data()[i] != 0) {
+                REQUIRE(value == colour.data()[3 * i + c]);
+            } else {
+                const float expected = 255.0F * std::clamp(whole.output[next++], 0.0F, 1.0F);
+                REQUIRE(std::abs(static_cast<float>(value) - expected) < 0.6F);
+            }
+        }
+}
+
+TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known, black stays") {
+    const farbrausch network(hashed_weights(small), small);
+    photo_layers layers(make_grid(9, 7));
+    std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{1});
+    for (std::uint8_t& c : layers.column<colour_column>()) c = 77;
+    network.inpaint(layers, one_thread);
+    CHECK(
+        std::all_of(layers.column<colour_column>().begin(), layers.column<colour_column>().end(), [](int c) { return c == 77; }));
+
+    photo_layers none;
+    network.inpaint(none, one_thread);
+
+    std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{0});
+    const auto expected = reference(hashed_weights(small), small, layers);
+    CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
+}
+
+TEST_CASE("inpainting reports progress that does not fall, and stops when asked to") {
+    const farbrausch network(hashed_weights(small), small);
+    photo_layers layers(make_grid(20, 20));
+    struct state {
+        std::vector<float> fractions;
+        std::size_t stop_after;
+    } s{{}, 1000};
+    observer watcher;
+    watcher.user = &s;
+    watcher.on_progress = [](void* user, std::string_view stage, float fraction) {
+        CHECK(stage == "colour inpainting");
+        static_cast<state*>(user)->fractions.push_back(fraction);
+    };
+    watcher.is_cancelled = [](void* user) {
+        const state& now = *static_cast<state*>(user);
+        return now.fractions.size() >= now.stop_after;
+    };
+    network.inpaint(layers, one_thread, watcher);
+    CHECK(std::is_sorted(s.fractions.begin(), s.fractions.end()));
+    CHECK(s.fractions.back() <= 1.0F);
+    const std::size_t reports = s.fractions.size();
+    for (s.stop_after = 1; s.stop_after <= reports; ++s.stop_after) {
+        s.fractions.clear();
+        CHECK_THROWS_AS(network.inpaint(layers, one_thread, watcher), error);
+        CHECK(s.fractions.size() == s.stop_after);
+    }
+}
+
+TEST_CASE("weights that do not fit are named") {
+    const named_tensors good = hashed_weights(small);
+    const auto complaint = [](const named_tensors& weights, const farbrausch_architecture& a) {
+        try {
+            const farbrausch network(weights, a);
+        } catch (const error& e) {
+            return std::string(e.what());
+        }
+        return std::string("nothing raised");
+    };
+    CHECK(complaint(good, small) == "nothing raised");
+    for (const auto& [name, values] : good.tensors) {
+        named_tensors weights = good;
+        weights.tensors.erase(name);
+        CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("no such tensor"));
+        weights.tensors[name] = {{1}, std::vector<float>{0.0F}};
+        CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("found float, 1"));
+        weights.tensors[name] = {values.shape, std::vector<std::int8_t>(std::get<0>(values.values).size())};
+        CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("found int8"));
+        weights.tensors[name] = values;
+        std::get<0>(weights.tensors[name].values).back() = std::numeric_limits<float>::infinity();
+        CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("finite"));
+    }
+    named_tensors more = good;
+    more.tensors["encoder.9.weight"] = {{}, std::vector<float>{1.0F}};
+    CHECK_THAT(complaint(more, small), Catch::Contains("encoder.9.weight"));
+
+    CHECK_THAT(complaint(good, {{}, {}, 4, 0.2F}), Catch::Contains("channels"));
+    CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5}, 4, 0.2F}), Catch::Contains("kernels"));
+    CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 4, 3}, 4, 0.2F}), Catch::Contains("kernels") && Catch::Contains("found 4"));
+    CHECK_THAT(complaint(good, {{4, 0, 6}, {7, 5, 3}, 4, 0.2F}), Catch::Contains("channels"));
+    CHECK_THAT(complaint(good, {{4, 5, 6}, {7, 5, 3}, -1, 0.2F}), Catch::Contains("growth"));
 }
