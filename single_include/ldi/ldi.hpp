@@ -285,8 +285,8 @@ struct coarsened {
     std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
-/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off by
-/// a silhouette.
+/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
+/// by a silhouette.
 enum class orphan_rule {
     adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
                     ///< exploration in the order up, down, left, right finds
@@ -310,6 +310,84 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
     if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
     if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
     return pixel;
+}
+
+/// Pixels first, first + 1, ... last - 1, each the right neighbour of the one before it.
+struct linked_run {
+    std::int32_t first, last;
+};
+
+/// Every pixel in one run. Most of a canonical graph is long ones.
+inline std::vector<linked_run> runs_side_by_side(const graph& g) {
+    std::vector<linked_run> runs;
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t first = 0, last; first < count; first = last) {
+        last = first + 1;
+        while (last < count && g.right[static_cast<std::size_t>(last - 1)] == last) ++last;
+        runs.push_back({first, last});
+    }
+    return runs;
+}
+
+/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
+inline std::int32_t first_kept(const graph& g, const linked_run& run) {
+    return run.first + (g.x[static_cast<std::size_t>(run.first)] & 1);
+}
+
+/// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
+inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const linked_run& run) { return (g.y[static_cast<std::size_t>(run.first)] & 1) == 0; };
+    std::size_t count = 0;
+    for (const linked_run& run : runs)
+        if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
+    result.kept.resize(count);
+    result.topology.resize(count);
+    result.parent.assign(g.size(), no_pixel);
+    std::size_t n = 0;
+    for (const linked_run& run : runs) {
+        if (!is_even_row(run)) continue;
+        const std::size_t start = static_cast<std::size_t>(run.first);
+        const std::int32_t y = g.y[start] / 2;
+        std::int32_t x = (g.x[start] + 1) / 2;
+        for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
+            result.kept[n] = i;
+            result.topology.x[n] = x, result.topology.y[n] = y;
+            result.parent[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(n);
+        }
+    }
+}
+
+/// Links kept pixels that a straight path of two links joins.
+inline void link_kept_pixels(const graph& g, coarsened& result) {
+    for (side s : all_sides) {
+        const std::vector<std::int32_t>& fine = g.neighbours(s);
+        std::vector<std::int32_t>& coarse = result.topology.neighbours(s);
+        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+            const std::int32_t between = fine[static_cast<std::size_t>(result.kept[i])];
+            const std::int32_t other = between == no_pixel ? no_pixel : fine[static_cast<std::size_t>(between)];
+            coarse[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
+        }
+    }
+}
+
+/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
+inline void find_parents(const graph& g, const linked_run& run, std::vector<std::int32_t>& parent) {
+    const auto by_corner = [&](std::int32_t pixel) {
+        const std::int32_t corner = corner_of_group(g, pixel);
+        return corner == no_pixel ? no_pixel : parent[static_cast<std::size_t>(corner)];
+    };
+    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
+    if ((g.y[static_cast<std::size_t>(run.first)] & 1) == 0) {
+        if ((run.first ^ odd) % 2 == 0) parent[static_cast<std::size_t>(run.first)] = by_corner(run.first);
+        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
+            parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(i - 1)];
+        return;
+    }
+    for (std::int32_t i = run.first; i < run.last; ++i) {
+        std::int32_t corner = g.up[static_cast<std::size_t>(i)];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[static_cast<std::size_t>(corner)];
+        parent[static_cast<std::size_t>(i)] = corner == no_pixel ? by_corner(i) : parent[static_cast<std::size_t>(corner)];
+    }
 }
 
 /// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
@@ -354,47 +432,16 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
 /// only be the straight one.
 ///
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides; where
-/// they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
+/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
-    const std::size_t count = g.size();
-    const auto is_kept = [&](std::size_t i) { return ((g.x[i] | g.y[i]) & 1) == 0; };
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    std::vector<std::int32_t>&kept = result.kept, &parent = result.parent;
-    parent.assign(count, no_pixel);
-    kept.reserve(count / 4 + static_cast<std::size_t>(g.width));
-    for (std::size_t i = 0; i < count; ++i)
-        if (is_kept(i)) {
-            parent[i] = static_cast<std::int32_t>(kept.size());
-            kept.push_back(static_cast<std::int32_t>(i));
-        }
-
-    graph& coarse = result.topology;
-    coarse.resize(kept.size());
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-        coarse.x[i] = g.x[static_cast<std::size_t>(kept[i])] / 2;
-        coarse.y[i] = g.y[static_cast<std::size_t>(kept[i])] / 2;
-    }
-    for (side s : all_sides) {
-        const std::vector<std::int32_t>& fine_links = g.neighbours(s);
-        std::vector<std::int32_t>& coarse_links = coarse.neighbours(s);
-        for (std::size_t i = 0; i < kept.size(); ++i) {
-            const std::int32_t between = fine_links[static_cast<std::size_t>(kept[i])];
-            const std::int32_t other = between == no_pixel ? no_pixel : fine_links[static_cast<std::size_t>(between)];
-            coarse_links[i] = other == no_pixel ? no_pixel : parent[static_cast<std::size_t>(other)];
-        }
-    }
-
-    for (std::size_t i = 0; i < count; ++i) {
-        if (is_kept(i)) continue;
-        // The first way of corner_of_group() is nearly always open.
-        std::int32_t corner = (g.y[i] & 1) != 0 ? g.up[i] : static_cast<std::int32_t>(i);
-        if (corner != no_pixel && (g.x[i] & 1) != 0) corner = g.left[static_cast<std::size_t>(corner)];
-        if (corner == no_pixel) corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
-        if (corner != no_pixel) parent[i] = parent[static_cast<std::size_t>(corner)];
-    }
-    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, parent);
+    const std::vector<detail::linked_run> runs = detail::runs_side_by_side(g);
+    detail::keep_even_pixels(g, runs, result);
+    detail::link_kept_pixels(g, result);
+    for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
+    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
 }
 
