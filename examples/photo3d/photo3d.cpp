@@ -8,7 +8,7 @@
 #include <ldi/io/glb.hpp>
 #include <ldi/io/photo.hpp>
 #include <ldi/io/picture.hpp>
-#include <ldi/io/published_network.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/layers/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -54,7 +54,9 @@ void describe(CLI::App& app, arguments& a) {
     app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means that nothing is known")->needs(depth);
     app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
         ->needs(depth);
-    app.add_option("--depth-model", a.depth_model, "folder with tiefenrausch.pb and tiefenrausch_init.pb")->excludes(depth);
+    app.add_option("--depth-model", a.depth_model,
+                   "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb")
+        ->excludes(depth);
     app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors) of the network that colours hidden surfaces");
     app.add_option("--inpaint", a.inpaint,
                    "how hidden surfaces get their colours: network (the default where there are weights) or diffusion")
@@ -101,7 +103,7 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
     }
     clock.begin("reading depth network");
-    const ldi::tiefenrausch estimator = ldi::load_tiefenrausch(a.depth_model);
+    const ldi::tiefenrausch estimator = ldi::load_depth_network(a.depth_model);
     return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
 }
 
@@ -109,7 +111,7 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
     if (a.depth.empty() && a.depth_model.empty())
         ldi::raise(
             ldi::error_code::invalid_option, "photo3d",
-            "--depth FILE or --depth-model DIR (the published network: git clone "
+            "--depth FILE or --depth-model PATH (the published network: git clone "
             "https://github.com/facebookresearch/one_shot_3d_photography, then --depth-model one_shot_3d_photography/model)",
             "neither");
     if (!a.inpaints_by_network()) return convert(a, photo, ldi::diffusion_inpainter(), clock);

@@ -72,6 +72,12 @@ TEST_CASE("a file of another network is refused by its metadata") {
                Contains("tiefenrausch_small") && Contains("example"));
 }
 
+TEST_CASE("a depth network is a file, or a folder with the published network") {
+    CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").log_disparity_quantization().scale > 0);
+    CHECK_THAT(message_of([] { load_depth_network(files); }), Contains("tiefenrausch.pb"));
+    CHECK_THAT(message_of([] { load_depth_network(files / "none.safetensors"); }), Contains("none.safetensors"));
+}
+
 TEST_CASE("what does not fit in a file of operators is named") {
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("operators"); }), Contains("tensor operators"));
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }), Contains("tensor scales"));

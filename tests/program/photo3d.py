@@ -95,6 +95,10 @@ def main():
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
+        student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
+        run("a depth network in a file", [small, "--depth-model", student])
+        run("another network's file", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "tiefenrausch_small"])
+
         model = os.path.join(SHARED, "tiefenrausch/model")
         if os.path.isdir(model):
             network, weights = (open(os.path.join(model, n), "rb").read() for n in ("tiefenrausch.pb", "tiefenrausch_init.pb"))

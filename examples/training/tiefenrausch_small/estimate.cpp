@@ -8,13 +8,11 @@
 // multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), scale (float32), zero point (int32), height x
 // width bytes: log disparity = (byte - zero point) * scale.
 
-#include <ldi/io/published_network.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 
 #include <cstdint>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <stdexcept>
 
 namespace {
@@ -57,8 +55,7 @@ int main(int count, char** arguments) {
         return 2;
     }
     try {
-        const std::filesystem::path model = arguments[1];
-        serve(is_directory(model) ? ldi::load_tiefenrausch(model) : ldi::load_tiefenrausch_file(model));
+        serve(ldi::load_depth_network(arguments[1]));
     } catch (const std::exception& e) {
         std::fprintf(stderr, "%s\n", e.what());
         return 1;

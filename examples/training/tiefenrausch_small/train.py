@@ -60,7 +60,7 @@ class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
 
     def __init__(self):
-        self.step, self.samples, self.seconds = 0, 0, 0.0  # seconds of processor time
+        self.step, self.samples, self.seconds, self.progress = 0, 0, 0.0, 0.0  # seconds of processor time
         self.ranges = None  # quantisation of the tensors, once there is one
         self.use(Student())
 
@@ -81,7 +81,8 @@ class Run:
 
     def state(self):
         return {"net": self.net.state_dict(), "average": self.average.state_dict(), "optimiser": self.optimiser.state_dict(),
-                "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples, "seconds": self.seconds}
+                "ranges": self.ranges, "step": self.step, "since": self.since, "samples": self.samples, "seconds": self.seconds,
+                "progress": self.progress}
 
     def save(self, path):
         torch.save(self.state(), path + ".part")
@@ -96,6 +97,7 @@ class Run:
         self.average.load_state_dict(state["average"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.step, self.since, self.samples, self.seconds = (state[n] for n in ("step", "since", "samples", "seconds"))
+        self.progress = state.get("progress", 0.0)
 
     @torch.no_grad()
     def follow(self):
@@ -137,7 +139,8 @@ class Schedule:
         except (FileNotFoundError, ValueError):
             return None
 
-    def progress(self, seconds):
+    def progress(self, seconds, reached):
+        """reached  what this returned last, if this is a new start"""
         hours = self.read("hours", self.hours) or self.hours
         progress = min(1.0, seconds / (3600 * hours))
         minutes = self.read("finish", 30.0)
@@ -145,7 +148,7 @@ class Schedule:
             self.hurry = None
             return progress
         if self.hurry is None:
-            self.hurry = (max(LAST, progress), seconds)
+            self.hurry = (max(LAST, progress, reached), seconds)
         start, since = self.hurry
         return min(1.0, start + (1 - start) * (seconds - since) / (60 * minutes))
 
@@ -187,7 +190,10 @@ def main():
     means = {}
     while True:
         run.seconds = before + time.process_time() - processor
-        progress = schedule.progress(run.seconds)
+        progress = schedule.progress(run.seconds, run.progress)
+        if run.ranges is not None:
+            progress = max(progress, QUANTISED_FROM)  # there is no way back
+        run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
         if run.seconds - looked > 300 or done:
             looked = run.seconds

@@ -5,6 +5,7 @@
 #include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/io/file.hpp>
+#include <ldi/io/published_network.hpp>
 #include <ldi/io/safetensors.hpp>
 #include <ldi/kernels/isa.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
@@ -14,6 +15,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace ldi {
@@ -36,6 +38,12 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 /// Errors: file_access, and those of decode_tiefenrausch().
 inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
     return decode_tiefenrausch(read_file(path), path.string());
+}
+
+/// path  a folder that holds the published network (load_tiefenrausch()), or a file (load_tiefenrausch_file())
+inline tiefenrausch load_depth_network(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) ? load_tiefenrausch(path) : load_tiefenrausch_file(path);
 }
 
 }  // namespace ldi

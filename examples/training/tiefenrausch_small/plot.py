@@ -1,0 +1,27 @@
+"""Draws the training's course from its log.
+
+    python3 plot.py LOG.tsv CURVE.png
+"""
+import csv
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+with open(sys.argv[1]) as file:
+    rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file, delimiter="\t")][1:]  # the first is the untrained network
+hours = [row["processor_hours"] for row in rows]
+figure, axes = plt.subplots(1, 3, figsize=(13, 3.6), constrained_layout=True)
+for axis, names, title in ((axes[0], ("data", "gradient"), "loss on augmented crops"), (axes[1], ("spread", "held_out_gradient"), "error on held-out photographs"),
+                           (axes[2], ("delta",), "share within 1.25 of the teacher, held out")):
+    for name in names:
+        axis.plot(hours, [row[name] for row in rows], label=name)
+    axis.set_title(title)
+    axis.set_xlabel("processor hours")
+    axis.grid(alpha=0.3)
+    if len(names) > 1:
+        axis.set_yscale("log")
+        axis.legend()
+figure.savefig(sys.argv[2], dpi=110)
