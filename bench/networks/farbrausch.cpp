@@ -1,18 +1,22 @@
-// The inpainting network on the layered image of a real photo, one thread: milliseconds of every step, the share of pixels that
-// are computed at every level, and the peak of its working memory.
+// The inpainting network on layered images, one thread: milliseconds of every step, the share of pixels that are computed at
+// every level, and the peak of its working memory.
 //
-//   ldi_bench_networks_farbrausch [LONG_SIDE...]    sides of the photo, 1536 by default; with several, one line each, for a plot
+//   ldi_bench_networks_farbrausch                a real photo at 1152 x 1536, and the shipped sample, most of whose objects hide
+//   something ldi_bench_networks_farbrausch LONG_SIDE...   the photo at these sizes, a line each, for a plot
 //
 // The weights are random: their values change nothing in the time.
 #include <bench/support/converted_photo.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
 #include <random>
 #include <string>
@@ -153,25 +157,39 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     std::printf("\n%.2f GMAC\n", products_in_all / 1e9);
 }
 
+void run(const ldi::farbrausch& network, const char* name, const ldi::photo_layers& layers, int runs, bool in_detail) {
+    const measurement m = measure(network, layers, runs);
+    if (in_detail) print_steps(network, layers, m);
+    const std::vector<std::uint8_t> unknown = unknown_of(layers);
+    std::printf("%s, %d x %d, %zu pixels, %zu unknown: median %.1f ms, fewest %.1f; peak %.1f MB\n", name, layers.topology.width,
+                layers.topology.height, layers.size(),
+                static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})), median(m.whole),
+                *std::min_element(m.whole.begin(), m.whole.end()), static_cast<double>(m.peak_bytes) / 1e6);
+    std::fflush(stdout);
+}
+
+ldi::photo_layers photo_at(std::size_t long_side) {
+    ldi::photo3d_options options;
+    options.long_side = long_side;
+    return ldi_bench::converted_photo(options).layers;
+}
+
+ldi::photo_layers sample() {
+    const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;
+    const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(folder / "sample_depth.png"))};
+    return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").colour, depth, ldi::diffusion_inpainter(), options).layers;
+}
+
 }  // namespace
 
 int main(int count, char** values) {
-    std::vector<std::size_t> long_sides;
-    for (int i = 1; i < count; ++i) long_sides.push_back(std::strtoul(values[i], nullptr, 10));
-    if (long_sides.empty()) long_sides.push_back(1536);
     const ldi::farbrausch network(random_weights({}));
-    for (const std::size_t long_side : long_sides) {
-        ldi::photo3d_options options;
-        options.long_side = long_side;
-        const ldi::photo_layers layers = ldi_bench::converted_photo(options).layers;
-        const measurement m = measure(network, layers, long_sides.size() == 1 ? 15 : 5);
-        if (long_sides.size() == 1) print_steps(network, layers, m);
-        const std::vector<std::uint8_t> unknown = unknown_of(layers);
-        std::printf("%d x %d, %zu pixels, %zu unknown: median %.1f ms, fewest %.1f; peak %.1f MB\n", layers.topology.width,
-                    layers.topology.height, layers.size(),
-                    static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})), median(m.whole),
-                    *std::min_element(m.whole.begin(), m.whole.end()), static_cast<double>(m.peak_bytes) / 1e6);
-        std::fflush(stdout);
-    }
+    for (int i = 1; i < count; ++i) run(network, "photo", photo_at(std::strtoul(values[i], nullptr, 10)), 5, false);
+    if (count > 1) return 0;
+    run(network, "photo", photo_at(1536), 15, true);
+    std::printf("\n");
+    run(network, "sample", sample(), 9, true);
     return 0;
 }
