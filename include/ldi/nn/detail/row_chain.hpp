@@ -61,7 +61,7 @@ struct chain_stage {
     }
     /// The most rows that needs() asks for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
-        return std::min(input.height, ((count - 1) * stride() + kernel() - 1) / enlargement() + 2);
+        return std::min(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
