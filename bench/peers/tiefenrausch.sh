@@ -34,11 +34,12 @@ fi
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use
 pinned() { taskset -c "$processor" "$@"; }
-ours() {
-    pinned "$PEERS_OUT/ours" --benchmark_filter='network 384x288/threads:1/' --benchmark_min_time=0 \
+measure_ours() {  # THREADS, then a command to run it with
+    "${@:2}" "$PEERS_OUT/ours" --benchmark_filter="network 384x288/threads:$1/" --benchmark_min_time=0 \
         --benchmark_repetitions=15 --benchmark_report_aggregates_only=true --benchmark_format=csv 2>/dev/null |
         awk -F, '/_median/ { print $3, $8 }'  # milliseconds and the label, which names the instruction set
 }
+ours() { measure_ours 1 pinned; }
 onnx_runtime() { (cd "$PEERS_OUT" && pinned node node_bench.mjs 1 9 columns qlinear_u8s8) | sed -n 's/.* med *\([0-9.]*\).*/\1/p'; }
 one_dnn() {
     MALLOC_MMAP_THRESHOLD_=8000000000 MALLOC_TRIM_THRESHOLD_=16000000000 MALLOC_TOP_PAD_=67108864 \
@@ -50,6 +51,7 @@ times=$(mktemp -d)
 trap 'rm -rf "$times"' EXIT
 for ((round = 0; round < rounds; ++round)); do
     ours >>"$times/ours"
+    measure_ours 2 env >>"$times/two_threads"
     onnx_runtime >>"$times/onnx_runtime"
     one_dnn >>"$times/one_dnn"
 done
@@ -63,4 +65,6 @@ for peer in onnx_runtime one_dnn; do
     printf '%-32s %9.2f %8.3f\n' "$peer" "$theirs" "$(awk "BEGIN { print $mine / $theirs }")"
     fastest=$(awk "BEGIN { f = \"$fastest\"; print (f == \"\" || $theirs < f + 0) ? $theirs : f }")
 done
+two=$(median "$times/two_threads")
+printf '%-32s %9.2f %8.3f\n' "ldi, two threads" "${two%% *}" "$(awk "BEGIN { print ${mine%% *} / ${two%% *} }")"
 printf 'ratio %.3f\n' "$(awk "BEGIN { print $mine / $fastest }")"

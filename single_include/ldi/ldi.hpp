@@ -6583,7 +6583,7 @@ struct chain_stage {
     }
     /// The most rows that needs() asks for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
-        return std::min(input.height, ((count - 1) * stride() + kernel() - 1) / enlargement() + 2);
+        return std::min(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
@@ -7255,11 +7255,9 @@ private:
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
         if (step.overwrites_input) task.save_cuts();
-        if (strips == 1)
-            task.run(0);
-        else
-            threads.run(
-                strips, [](void* data, std::size_t strip) { static_cast<strip_task*>(data)->run(strip); }, &task);
+        parallel_for(threads, strips, 1, [&task](std::size_t first, std::size_t end) {
+            for (std::size_t strip = first; strip < end; ++strip) task.run(strip);
+        });
     }
 
     isa target_;
