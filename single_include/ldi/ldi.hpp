@@ -4913,8 +4913,8 @@ LDI_END_TARGET
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
 // Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
-// have to be under way: tiles have 8 to 16. The loads (8 for 16 multiplications in a tile of 4 pixels and 4 vectors) favour wide
-// tiles, but a smaller tile's requantisation is over sooner, and runs while the next tile multiplies.
+// have to be under way: tiles have 12 to 16. A tile of 4 pixels and 4 vectors loads 8 times for 16 multiplications; larger tiles
+// are no faster.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5129,7 +5129,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
         const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
         panel.mask = first_bytes(outputs);
         switch (vectors) {
-            case 1: gemm_u8_panel<8, 1>(panel, outputs, weights.fast); break;
+            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
             case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
             case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
             default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
