@@ -96,6 +96,15 @@ void convolution(benchmark::State& state, const layer& l) {
     measure(state, l, g, std::span(&source, 1));
 }
 
+void masked(benchmark::State& state, const layer& l) {
+    const ldi::graph& g = photo();
+    const std::vector<float> values = random_floats(g.size() * l.inputs);
+    std::vector<std::uint8_t> mask(g.size());
+    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i / 100 % 10 != 0 ? 1 : 0;
+    const ldi::convolution_source source{values, l.inputs, {}, mask};
+    measure(state, l, g, std::span(&source, 1));
+}
+
 /// A third of the inputs beside what lies above, upsampled.
 void decoder(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
@@ -117,6 +126,7 @@ const auto registered = [] {
     add("ldi/3x3 16->16", convolution, {3, 16, 16, 1, false, false});
     add("image/3x3 16->16", convolution, {3, 16, 16, 1, true, false});
     add("ldi/partial 3x3 32->32", convolution, {3, 32, 32, 1, false, true});
+    add("ldi/masked 3x3 32->32", masked, {3, 32, 32, 1, false, true});
     add("ldi/partial 7x7 4->20 stride 2", convolution, {7, 4, 20, 2, false, true});
     add("image/partial 7x7 4->20 stride 2", convolution, {7, 4, 20, 2, true, true});
     add("ldi/partial 5x5 20->40 stride 2", convolution, {5, 20, 40, 2, false, true});

@@ -271,6 +271,27 @@ TEST_CASE("the bits of a result depend neither on the threads nor on what surrou
     }
 }
 
+TEST_CASE("far from what is masked a mask changes no bit") {
+    std::mt19937 random(44);
+    const graph g = make_grid(300, 40);
+    const layer l = random_layer(random, 3, 9, 21);
+    tensor t{random_floats(random, g.size() * 9), 9, {}, {}};
+    for (const isa target : ldi_test::available_isas()) {
+        t.mask.clear();
+        const outcome without = run(plan_convolution(g, 3), packed(l, target), {t}, true);
+        t.mask.assign(g.size(), 1);
+        for (const std::int32_t hole : {300 * 10 + 150, 300 * 30 + 20}) t.mask[static_cast<std::size_t>(hole)] = 0;
+        const outcome with = run(plan_convolution(g, 3), packed(l, target), {t}, true);
+        CHECK(with.mask == without.mask);
+        std::size_t changed = 0;
+        for (std::size_t o = 0; o < g.size(); ++o) {
+            const auto at = static_cast<std::ptrdiff_t>(o * 21);
+            changed += std::equal(with.values.begin() + at, with.values.begin() + at + 21, without.values.begin() + at) ? 0 : 1;
+        }
+        CHECK(changed == 2 * 9);
+    }
+}
+
 TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
