@@ -286,7 +286,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
         std::size_t changed = 0;
         for (std::size_t o = 0; o < g.size(); ++o) {
             const auto at = static_cast<std::ptrdiff_t>(o * 21);
-            changed += std::equal(with.values.begin() + at, with.values.begin() + at + 21, without.values.begin() + at) ? 0 : 1;
+            changed += std::equal(with.values.begin() + at, with.values.begin() + at + 21, without.values.begin() + at) ? 0U : 1U;
         }
         CHECK(changed == 2 * 9);
     }
