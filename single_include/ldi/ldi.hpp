@@ -6033,6 +6033,14 @@ struct convolution_job {
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
 
+/// Rows are short: a call of memmove() for each costs more than it copies.
+inline void copy_row(const float* from, std::size_t count, float* to) {
+    constexpr std::size_t step = 4;
+    std::size_t i = 0;
+    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(float));
+    for (; i < count; ++i) to[i] = from[i];
+}
+
 /// Copies what a pixel holds, and returns how many of its channels count.
 inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::int32_t pixel, float* to) {
     std::size_t counted = 0;
@@ -6041,7 +6049,7 @@ inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::
         if (row == no_pixel) {
             std::fill_n(to, source.channels, 0.0F);
         } else {
-            std::copy_n(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
+            copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
             counted += source.channels;
         }
         to += source.channels;
@@ -6054,8 +6062,8 @@ class convolution_block {
 public:
     explicit convolution_block(const convolution_job& job) : job_(job) {
         const std::size_t window = job.plan.elements() * job.channels;
-        batch_ = std::clamp<std::size_t>(largest_buffer / window, smallest_batch, largest_batch);
-        stretch_ = std::max<std::size_t>(largest_buffer / (k() * job.channels), smallest_batch);
+        batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
+        stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
         values_.resize(std::max(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
         results_.resize(batch_ * job.weights.outputs);
@@ -6070,7 +6078,7 @@ public:
                                       [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
         for (; s != plan.segments.end() && s->first < last; ++s) {
             const std::int32_t from = std::max(first, s->first), to = std::min(last, s->first + s->count);
-            std::array<std::int32_t, largest_kernel_size> rows{};
+            row_pixels rows{};
             const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
             for (std::size_t r = 0; r < k(); ++r)
                 rows[r] = plan.rows[at + r] + plan.stride * (from - s->first) - plan.kernel_size / 2;
@@ -6084,24 +6092,49 @@ public:
     }
 
 private:
-    static constexpr std::size_t largest_buffer = 8192, smallest_batch = 24, largest_batch = 96;  // floats; outputs
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // floats, about; outputs
+
+    /// The next multiple of the kernels' tiles.
+    static std::size_t whole_tiles(std::size_t outputs) {
+        constexpr std::size_t tile = 24;
+        return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
+    }
 
     std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     float* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
-    /// rows  the pixel under the upper left element of the first output's window, and those below it
-    void run_segment(std::size_t output, std::size_t count, const std::array<std::int32_t, largest_kernel_size>& rows) {
-        std::array<const float*, largest_kernel_size> starts{};
-        if (job_.reads_memory_as_it_is()) {
-            for (std::size_t r = 0; r < k(); ++r)
-                starts[r] = job_.sources[0].values.data() + static_cast<std::size_t>(rows[r]) * job_.channels;
-            conv_f32(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
-            if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
-            return;
+    using row_pixels = std::array<std::int32_t, largest_kernel_size>;
+
+    /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
+    bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
+        const convolution_source& source = job_.sources[0];
+        if (job_.sources.size() != 1 || !source.rows.empty()) return false;
+        for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
+            const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
+            if (std::find(row.begin(), row.end(), std::uint8_t{0}) != row.end()) return false;
         }
+        return true;
+    }
+
+    void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
+        std::array<const float*, largest_kernel_size> starts{};
+        for (std::size_t r = 0; r < k(); ++r)
+            starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
+        conv_f32(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
+        if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
+    }
+
+    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
+        if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
+        std::array<const float*, largest_kernel_size> starts{};
         for (std::size_t done = 0; done < count; done += stretch_) {
             const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
+            if (is_whole(rows, stride() * done, pixels)) {
+                run_in_place(output + done, here, rows, stride() * done);
+                continue;
+            }
             std::fill_n(counts_.begin(), pixels, std::size_t{0});
             float* to = values_.data();
             for (std::size_t r = 0; r < k(); ++r) {
@@ -6135,7 +6168,7 @@ private:
         const std::size_t outputs = job_.weights.outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
-            std::copy_n(results_.data() + o * outputs, outputs, result_of(output));
+            copy_row(results_.data() + o * outputs, outputs, result_of(output));
             finish(output, ratios_[o]);
         }
     }
