@@ -145,23 +145,28 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// The pixels that lie in some window of the plan, ascending: what must be known to compute its outputs.
-inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    std::vector<std::uint8_t> needed(plan.input_count, 0);
+/// Sets the marks of the pixels that lie in some window of the plan: what must be known to compute its outputs.
+///
+/// marks  input_count
+inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
+    LDI_ASSERT(marks.size() == plan.input_count);
     const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (std::size_t r = 0; r < k; ++r) {
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
-            const std::int32_t step = plan.kernel_size == 1 ? plan.stride : 1;
-            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
-            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            for (std::int32_t i = 0; i < count; i += step) needed[static_cast<std::size_t>(first + i)] = 1;
+            const auto first = marks.begin() + plan.rows[s * k + r] - plan.kernel_size / 2;
+            std::fill(first, first + plan.stride * (plan.segments[s].count - 1) + plan.kernel_size, std::uint8_t{1});
         }
     for (const std::int32_t pixel : plan.windows)
-        if (pixel != no_pixel) needed[static_cast<std::size_t>(pixel)] = 1;
+        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
+}
+
+/// The same pixels, ascending.
+inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    std::vector<std::uint8_t> marks(plan.input_count, 0);
+    mark_needed_inputs(plan, marks);
     std::vector<std::int32_t> pixels;
-    for (std::size_t i = 0; i < needed.size(); ++i)
-        if (needed[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
     return pixels;
 }
 

@@ -6,6 +6,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -24,11 +25,12 @@ struct pixel_subset {
     /// Pixels whose place in `marks` is not 0.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
-        subset.row_of.assign(marks.size(), no_pixel);
+        subset.row_of.resize(marks.size());
+        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        std::size_t rows = 0;
         for (std::size_t i = 0; i < marks.size(); ++i) {
-            if (marks[i] == 0) continue;
-            subset.row_of[i] = static_cast<std::int32_t>(subset.pixels.size());
-            subset.pixels.push_back(static_cast<std::int32_t>(i));
+            subset.row_of[i] = marks[i] != 0 ? static_cast<std::int32_t>(rows) : no_pixel;
+            if (marks[i] != 0) subset.pixels[rows++] = static_cast<std::int32_t>(i);
         }
         return subset;
     }

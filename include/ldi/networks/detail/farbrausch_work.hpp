@@ -6,7 +6,6 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 #include <ldi/nn/pixel_subset.hpp>
-#include <ldi/nn/upsample.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -29,12 +28,6 @@ struct farbrausch_level {
     convolution_plan decode;                  ///< from `read` to `decoded`
     std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
-
-inline std::vector<std::uint8_t> marks_of(std::span<const std::int32_t> pixels, std::size_t count) {
-    std::vector<std::uint8_t> marks(count, 0);
-    for (const std::int32_t pixel : pixels) marks[static_cast<std::size_t>(pixel)] = 1;
-    return marks;
-}
 
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one a level
@@ -61,24 +54,26 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
     }
 
     // The decoder, from its result down to the coarsest level.
-    std::vector<std::vector<std::uint8_t>> read_marks(depth + 1);
+    std::vector<std::vector<std::uint8_t>> read_marks(depth);
     levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
         level.decode = restrict_to(level.average, level.decoded.pixels);
-        const std::vector<std::int32_t> read = needed_inputs(level.decode);
-        read_marks[i] = marks_of(read, level.pixel_count);
-        const std::size_t above_count = levels[i + 1].pixel_count;
-        levels[i + 1].decoded = pixel_subset::marked(marks_of(needed_rows(read, level.above, above_count), above_count));
+        read_marks[i].assign(level.pixel_count, 0);
+        mark_needed_inputs(level.decode, read_marks[i]);
+        std::vector<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
+        for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
+            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
+                above_marks[static_cast<std::size_t>(level.above[pixel])] = 1;
+        levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
-    read_marks[depth] = marks_of(levels[depth].decoded.pixels, levels[depth].pixel_count);
-    levels[depth].read = pixel_subset::marked(read_marks[depth]);
+    levels[depth].read = levels[depth].decoded;
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level &level = levels[i], &next = levels[i + 1];
         level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
         encode[i] = {};
-        for (const std::int32_t pixel : needed_inputs(level.encode)) read_marks[i][static_cast<std::size_t>(pixel)] = 1;
+        mark_needed_inputs(level.encode, read_marks[i]);
         level.read = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
         level.encode = on_subsets(std::move(level.encode), next.read, level.read);

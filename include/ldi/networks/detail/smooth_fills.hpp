@@ -208,11 +208,11 @@ private:
         spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
 
         smooth_fills result;
-        result.fill.reserve(3 * level.decoded.size());
-        for (const std::int32_t pixel : level.decoded.pixels) {
-            const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
+        result.fill.resize(3 * level.decoded.size());
+        for (std::size_t d = 0; d < level.decoded.size(); ++d) {
+            const std::int32_t row = read.row_of[static_cast<std::size_t>(level.decoded.pixels[d])];
             const masked_colour colour = fill.has(row) ? fill[row] : mean();
-            result.fill.insert(result.fill.end(), {colour[0], colour[1], colour[2]});
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = colour[c];
         }
         average_windows(
             restrict_to(level.average, read.pixels), threads_,
