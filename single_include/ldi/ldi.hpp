@@ -5974,23 +5974,28 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// The pixels that lie in some window of the plan, ascending: what must be known to compute its outputs.
-inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    std::vector<std::uint8_t> needed(plan.input_count, 0);
+/// Sets the marks of the pixels that lie in some window of the plan: what must be known to compute its outputs.
+///
+/// marks  input_count
+inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
+    LDI_ASSERT(marks.size() == plan.input_count);
     const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (std::size_t r = 0; r < k; ++r) {
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
-            const std::int32_t step = plan.kernel_size == 1 ? plan.stride : 1;
-            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
-            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            for (std::int32_t i = 0; i < count; i += step) needed[static_cast<std::size_t>(first + i)] = 1;
+            const auto first = marks.begin() + plan.rows[s * k + r] - plan.kernel_size / 2;
+            std::fill(first, first + plan.stride * (plan.segments[s].count - 1) + plan.kernel_size, std::uint8_t{1});
         }
     for (const std::int32_t pixel : plan.windows)
-        if (pixel != no_pixel) needed[static_cast<std::size_t>(pixel)] = 1;
+        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
+}
+
+/// The same pixels, ascending.
+inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    std::vector<std::uint8_t> marks(plan.input_count, 0);
+    mark_needed_inputs(plan, marks);
     std::vector<std::int32_t> pixels;
-    for (std::size_t i = 0; i < needed.size(); ++i)
-        if (needed[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
     return pixels;
 }
 
@@ -6337,11 +6342,12 @@ struct pixel_subset {
     /// Pixels whose place in `marks` is not 0.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
-        subset.row_of.assign(marks.size(), no_pixel);
+        subset.row_of.resize(marks.size());
+        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        std::size_t rows = 0;
         for (std::size_t i = 0; i < marks.size(); ++i) {
-            if (marks[i] == 0) continue;
-            subset.row_of[i] = static_cast<std::int32_t>(subset.pixels.size());
-            subset.pixels.push_back(static_cast<std::int32_t>(i));
+            subset.row_of[i] = marks[i] != 0 ? static_cast<std::int32_t>(rows) : no_pixel;
+            if (marks[i] != 0) subset.pixels[rows++] = static_cast<std::int32_t>(i);
         }
         return subset;
     }
@@ -7586,12 +7592,6 @@ struct farbrausch_level {
     std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
-inline std::vector<std::uint8_t> marks_of(std::span<const std::int32_t> pixels, std::size_t count) {
-    std::vector<std::uint8_t> marks(count, 0);
-    for (const std::int32_t pixel : pixels) marks[static_cast<std::size_t>(pixel)] = 1;
-    return marks;
-}
-
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one a level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
@@ -7617,24 +7617,26 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
     }
 
     // The decoder, from its result down to the coarsest level.
-    std::vector<std::vector<std::uint8_t>> read_marks(depth + 1);
+    std::vector<std::vector<std::uint8_t>> read_marks(depth);
     levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
         level.decode = restrict_to(level.average, level.decoded.pixels);
-        const std::vector<std::int32_t> read = needed_inputs(level.decode);
-        read_marks[i] = marks_of(read, level.pixel_count);
-        const std::size_t above_count = levels[i + 1].pixel_count;
-        levels[i + 1].decoded = pixel_subset::marked(marks_of(needed_rows(read, level.above, above_count), above_count));
+        read_marks[i].assign(level.pixel_count, 0);
+        mark_needed_inputs(level.decode, read_marks[i]);
+        std::vector<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
+        for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
+            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
+                above_marks[static_cast<std::size_t>(level.above[pixel])] = 1;
+        levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
-    read_marks[depth] = marks_of(levels[depth].decoded.pixels, levels[depth].pixel_count);
-    levels[depth].read = pixel_subset::marked(read_marks[depth]);
+    levels[depth].read = levels[depth].decoded;
     for (std::size_t i = depth; i-- > 0;) {
         farbrausch_level &level = levels[i], &next = levels[i + 1];
         level.encode = restrict_to(kernels[i] == 3 ? level.average_coarse : encode[i], next.read.pixels);
         encode[i] = {};
-        for (const std::int32_t pixel : needed_inputs(level.encode)) read_marks[i][static_cast<std::size_t>(pixel)] = 1;
+        mark_needed_inputs(level.encode, read_marks[i]);
         level.read = pixel_subset::marked(read_marks[i]);
         read_marks[i] = {};
         level.encode = on_subsets(std::move(level.encode), next.read, level.read);
@@ -7877,11 +7879,11 @@ private:
         spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
 
         smooth_fills result;
-        result.fill.reserve(3 * level.decoded.size());
-        for (const std::int32_t pixel : level.decoded.pixels) {
-            const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
+        result.fill.resize(3 * level.decoded.size());
+        for (std::size_t d = 0; d < level.decoded.size(); ++d) {
+            const std::int32_t row = read.row_of[static_cast<std::size_t>(level.decoded.pixels[d])];
             const masked_colour colour = fill.has(row) ? fill[row] : mean();
-            result.fill.insert(result.fill.end(), {colour[0], colour[1], colour[2]});
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = colour[c];
         }
         average_windows(
             restrict_to(level.average, read.pixels), threads_,
