@@ -10,17 +10,17 @@
 readonly needs_compiler=("command g++;g++")
 readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
 readonly needs_library=("header xtensor/xtensor.hpp;libxtensor-dev")
+readonly needs_weight_files=(
+    "header protozero/pbf_reader.hpp;libprotozero-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
 readonly needs_io=(
     "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev" "header zlib.h;zlib1g-dev"
-    "header libexif/exif-data.h;libexif-dev" "header tiny_gltf.h;libtinygltf-dev" "header protozero/pbf_reader.hpp;libprotozero-dev"
-    "header nlohmann/json.hpp;nlohmann-json3-dev")
+    "header libexif/exif-data.h;libexif-dev" "header tiny_gltf.h;libtinygltf-dev" "${needs_weight_files[@]}")
 readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
-readonly needs_webassembly=(
-    "command em++;emscripten" "command node;nodejs" "header protozero/pbf_reader.hpp;libprotozero-dev")
+readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
 
 # Prints those of the given needs that this machine does not meet.

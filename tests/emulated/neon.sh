@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# The Arm kernels, and all that computes with them up to the published depth network, compiled for 64-bit Arm and run by an emulated
-# processor: one with the dot product extension, and one without it, which must fall back to portable code. Installs what is
-# missing. Another compiler: AARCH64_CXX="clang++ --target=aarch64-linux-gnu" tests/emulated/neon.sh. Ends with "N passed, N failed".
+# The Arm kernels, and all that computes with them up to the depth and the inpainting network, compiled for 64-bit Arm and run by
+# an emulated processor: one with the dot product extension, and one without it, which must fall back to portable code. Installs
+# what is missing. Another compiler: AARCH64_CXX="clang++ --target=aarch64-linux-gnu" tests/emulated/neon.sh. Ends with
+# "N passed, N failed".
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # shellcheck source=scripts/requirements.sh
@@ -11,12 +12,12 @@ source scripts/tally.sh
 # shellcheck source=tests/emulated/header_links.sh
 source tests/emulated/header_links.sh
 
-require "${needs_library[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
+require "${needs_library[@]}" "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
 
 build=build/neon
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
-tests=(tests/nn/quantized_network.cpp tests/networks/tiefenrausch.cpp)
+tests=(tests/nn/{quantized_network,ldi_convolution}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
 for file in tests/kernels/*.cpp; do
     [[ $file == *_amx.cpp ]] || tests+=("$file")
 done
@@ -47,7 +48,7 @@ for file in "${tests[@]}"; do
     name=$(basename "$file" .cpp)
     count_step "$name with the dot product extension" with_dot_product "$name"
 done
-for name in gemm_u8 depthwise_u8 add_u8; do
+for name in gemm_u8 depthwise_u8 add_u8 conv_f32; do
     count_step "$name without the dot product extension" without_dot_product "$name"
 done
 

@@ -31,7 +31,7 @@ std::vector<float> hashed(std::uint64_t tensor_index, std::size_t count, double 
         h ^= h >> 15;
         h = (h * 2246822519U) & 0xFFFFFFFFU;
         h ^= h >> 13;
-        values[n] = static_cast<float>((static_cast<double>(h) / 2147483648.0 - 1.0) * spread);
+        values[static_cast<std::size_t>(n)] = static_cast<float>((static_cast<double>(h) / 2147483648.0 - 1.0) * spread);
     }
     return values;
 }

@@ -8,7 +8,9 @@
 
 #include <ldi/kernels/conv_f32_avx2.hpp>
 #include <ldi/kernels/conv_f32_avx512.hpp>
+#include <ldi/kernels/conv_f32_neon.hpp>
 #include <ldi/kernels/conv_f32_scalar.hpp>
+#include <ldi/kernels/conv_f32_wasm.hpp>
 #include <ldi/kernels/detail/conv_f32_weights.hpp>
 
 #include <cstddef>
@@ -35,6 +37,12 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
         case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
         case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
 #endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: neon::pack_conv_f32(packed, weights, bias); break;
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: wasm_simd128::pack_conv_f32(packed, weights, bias); break;
+#endif
         default: scalar::pack_conv_f32(packed, weights, bias); break;
     }
     return packed;
@@ -52,6 +60,12 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 #if LDI_HAS_X86_KERNELS
         case isa::avx512vnni: return avx512vnni::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
         case isa::avx2: return avx2::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case isa::neon_dot_product: return neon::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case isa::wasm_simd128: return wasm_simd128::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
 #endif
         default: return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
     }
