@@ -1,9 +1,9 @@
-# Sourced by tests/run.sh, tests/emulated/*.sh, examples/photo3d/run.sh and .ci/run: finds out what is missing on this machine and
-# installs it.
+# Sourced by .ci/run and by the scripts of tests/ and examples/: finds out what is missing on this machine and installs it.
 #
 #   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME",
 #                     or "library NAME" for one that belongs to clang.
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
+#   install_npm_packages FOLDER   what the folder's package-lock.json says, if that is not there yet
 
 # shellcheck shell=bash disable=SC2034
 
@@ -19,6 +19,8 @@ readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "command python3;python3")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
+readonly needs_viewer=("command node;nodejs" "command npm;npm")
+readonly needs_browser=("command chromium;chromium")
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")
@@ -67,4 +69,11 @@ install_or_end() {
     printf 'Installing:%s\n' "$(printf ' %s' "${@#*;}")" >&2
     "${as_root[@]}" apt-get update -q >&2
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${@#*;}" >&2
+}
+
+install_npm_packages() {
+    # npm notes in this file what it has installed.
+    if [ ! "$1/node_modules/.package-lock.json" -nt "$1/package-lock.json" ]; then
+        npm ci --prefix "$1" --no-audit --no-fund >&2
+    fi
 }

@@ -1,5 +1,6 @@
-// photo3d: a photo in, a 3D photo (GLB) out.
+// photo3d: a photo in, a 3D photo out: a GLB file, or an HTML page that shows it.
 
+#include "html_page.hpp"
 #include "report.hpp"
 #include "stage_pictures.hpp"
 
@@ -23,13 +24,15 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, depth, depth_model, inpainting_model, stages, report;
+    std::filesystem::path photo, output, html, depth, depth_model, inpainting_model, stages, report;
+    std::filesystem::path viewer = LDI_SOURCE_DIR "/build/viewer/viewer.html";
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
@@ -41,9 +44,15 @@ struct arguments {
 };
 
 void describe(CLI::App& app, arguments& a) {
-    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh.");
+    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
     app.add_option("PHOTO", a.photo, "JPEG or PNG")->required();
-    app.add_option("-o,--output", a.output, "the GLB file to write")->required();
+    CLI::Option_group* outputs = app.add_option_group("Output", "at least one of these");
+    outputs->add_option("-o,--output", a.output, "the GLB file to write");
+    CLI::Option* html = outputs->add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it");
+    outputs->require_option(1, 0);
+    app.add_option("--viewer", a.viewer, "the viewer for --html, as examples/viewer/build.sh builds it")
+        ->needs(html)
+        ->capture_default_str();
     CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
     app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or metres")
         ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
@@ -123,6 +132,8 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
 
 void run(const arguments& a) {
     ldi::examples::stage_clock clock(a.quiet);
+    std::optional<ldi::examples::viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
+    if (!a.html.empty()) viewer.emplace(a.viewer);
     clock.begin("reading photo");
     const ldi::photo photo = ldi::load_photo(a.photo);
     const ldi::photo3d result = convert(a, photo, clock);
@@ -141,7 +152,12 @@ void run(const arguments& a) {
         ldi::write_file(a.report, std::as_bytes(std::span(text)));
     }
     if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages);
-    ldi::write_file(a.output, glb);  // last: where it exists, all went well
+    // Last: where they exist, all went well.
+    if (viewer) {
+        const std::string page = viewer->with_photo(a.photo.stem().string(), result.photo, glb);
+        ldi::write_file(a.html, std::as_bytes(std::span(page)));
+    }
+    if (!a.output.empty()) ldi::write_file(a.output, glb);
     if (!a.quiet) std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), stdout);
 }
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# run.sh [PHOTO [OPTION...]]: makes a 3D photo from PHOTO, or from the sample beside this script. Installs what is missing, builds
-# the program, and prints the path of the GLB on the last line. Options go to the program (build/photo3d/examples/photo3d --help).
+# run.sh [PHOTO [OPTION...]]: makes a 3D photo from PHOTO, or from the sample beside this script: a page to open in a browser, and a
+# GLB. Installs what is missing, builds the program and the viewer, and prints the paths of the page and of the GLB on the last two
+# lines. Options go to the program (build/photo3d/examples/photo3d --help).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -26,7 +27,13 @@ cmake -S "$top" -B "$top/build/photo3d" -G Ninja -DCMAKE_BUILD_TYPE=Release \
 cmake --build "$top/build/photo3d" --target photo3d >&2
 
 name=$(basename "$photo")
-glb=$top/out/${name%.*}.glb
+made=$top/out/${name%.*}
 mkdir -p "$top/out"
-"$top/build/photo3d/examples/photo3d" "$photo" -o "$glb" "${options[@]}"
-printf '%s\n' "$glb"
+page=()
+if "$top/examples/viewer/build.sh" >&2; then
+    page=(--html "$made.html")
+else
+    printf 'The viewer could not be built: making the GLB alone.\n' >&2
+fi
+"$top/build/photo3d/examples/photo3d" "$photo" -o "$made.glb" "${page[@]}" "${options[@]}"
+printf '%s\n' "${page[@]:1}" "$made.glb"

@@ -1,0 +1,153 @@
+// The frame that hides the outer boundary of the photo, and what follows from it: how far the viewer may go, and the fading of the
+// model beyond ("Viewing 3D Photos" in the paper: "a 3D model viewed through a 2D frame").
+//
+// On a flat screen the edge of the canvas is the frame. It is fixed to the photo at the distance of the *pivot*: what is as far as
+// the pivot stays where it is on the screen when the viewer moves sideways, nearer things move one way, farther things the other.
+
+import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, Path, PlaneGeometry, ShaderMaterial, Shape, ShapeGeometry } from "three";
+
+/** @typedef {import("./photo.js").Photo} Photo */
+
+/**
+ * A place of the viewer, in units of how far they may go: (0, 0, 0) is where the photo was taken.
+ *
+ * @typedef {object} Reach
+ * @property {number} right
+ * @property {number} up
+ * @property {number} forward
+ */
+
+/** The share of the hidden border that moving sideways may use up; the rest is for moving back. */
+const sideways = 0.75;
+
+/** How far the viewer comes in at `forward` 1, as a share of the distance of the nearest surface. */
+const wayIn = 0.22;
+
+/** The reach at which the model begins to fade, and the one at which it is gone. */
+const fadeBegins = 1.05;
+const fadeEnds = 1.6;
+
+/** @param {number} reach  length of the way, 1 is as far as the viewer should go. @returns {number} 1: all there, 0: gone */
+export function visibility(reach) {
+    const t = Math.min(Math.max((fadeEnds - reach) / (fadeEnds - fadeBegins), 0), 1);
+    return t * t * (3 - 2 * t);
+}
+
+/** The window on a flat screen. Lengths are in the photo's units. */
+export class FlatFrame {
+    /**
+     * @param {Photo} photo
+     * @param {number} hiddenBorder  how much of the photo is hidden along every side, as a share of its shorter side
+     */
+    constructor(photo, hiddenBorder) {
+        const halfWidth = photo.halfHeight * photo.aspect;
+        const border = 2 * hiddenBorder * Math.min(halfWidth, photo.halfHeight);
+        /** Half the size of what is seen, at distance 1. */
+        this.halfWidth = halfWidth - border;
+        this.halfHeight = photo.halfHeight - border;
+        /** In the middle of the disparities, so that the nearest and the farthest move equally far. */
+        this.pivot = 2 / (1 / photo.nearest + 1 / photo.farthest);
+        /** A step aside by `farthestAside` moves the nearest and the farthest surface by what the border has to spare. */
+        this.farthestAside = (sideways * border) / (1 / photo.nearest - 1 / this.pivot);
+        // Of a photo without depth one still sees the side.
+        this.farthestAside = Math.min(this.farthestAside, 0.35 * this.pivot);
+        this.farthestIn = wayIn * photo.nearest;
+        /** A step back by `farthestBack` shrinks the nearest surface by what the border has left. */
+        this.farthestBack = (photo.nearest * (1 - sideways) * border) / Math.max(halfWidth, photo.halfHeight);
+        this.near = 0.05 * photo.nearest;
+        this.far = 10 * photo.farthest;
+    }
+
+    /** The position of the viewer. @param {Reach} reach */
+    position({ right, up, forward }) {
+        const away = forward > 0 ? -forward * this.farthestIn : -forward * this.farthestBack;
+        return { x: right * this.farthestAside, y: up * this.farthestAside, z: away };
+    }
+
+    /** The angles that the viewer has gone around the pivot, in degrees. @param {Reach} reach */
+    angles({ right, up }) {
+        const degrees = (aside) => (Math.atan2(aside * this.farthestAside, this.pivot) * 180) / Math.PI;
+        return { horizontal: degrees(right), vertical: degrees(up) };
+    }
+
+    /**
+     * Puts the camera where the viewer is, and has it look through the window from there.
+     *
+     * @param {import("three").PerspectiveCamera} camera
+     * @param {Reach} reach
+     */
+    aim(camera, reach) {
+        const { x, y, z } = this.position(reach);
+        const toPivot = this.pivot + z;
+        const scale = this.near;
+        camera.position.set(x, y, z);
+        camera.quaternion.identity();
+        camera.near = this.near;
+        camera.far = this.far;
+        camera.projectionMatrix.makePerspective(
+            scale * (-this.halfWidth - x / toPivot),
+            scale * (this.halfWidth - x / toPivot),
+            scale * (this.halfHeight - y / toPivot),
+            scale * (-this.halfHeight - y / toPivot),
+            this.near,
+            this.far,
+        );
+        camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
+    }
+}
+
+/** Something dark over all that the camera sees, for the model to fade into. Works for a screen and for both eyes. */
+export class Veil extends Mesh {
+    /** @param {Color} colour */
+    constructor(colour) {
+        const material = new ShaderMaterial({
+            uniforms: { colour: { value: colour }, opacity: { value: 0 } },
+            vertexShader: "void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }",
+            fragmentShader:
+                "uniform vec3 colour; uniform float opacity;" +
+                "void main() { gl_FragColor = vec4(colour, opacity);\n#include <colorspace_fragment>\n}",
+            transparent: true,
+            depthTest: false,
+            depthWrite: false,
+        });
+        super(new PlaneGeometry(2, 2), material);
+        this.frustumCulled = false;
+        this.renderOrder = 1; // after the model
+        this.setVisibility(1);
+    }
+
+    /** @param {number} visibility  of what is behind, 1 to 0 */
+    setVisibility(visibility) {
+        this.material.uniforms.opacity.value = 1 - visibility;
+        this.visible = visibility < 1;
+    }
+}
+
+/**
+ * The frame in a headset: a dark wall with an opening, in front of all that the photo shows, and a lighter rim around the opening.
+ *
+ * @param {Photo} photo
+ * @param {Color} wallColour
+ * @returns {Group}
+ */
+export function headsetFrame(photo, wallColour) {
+    const distance = 0.9 * photo.nearest;
+    const shown = 0.94; // of the photo's width and height
+    const halfHeight = photo.halfHeight * distance * shown;
+    const halfWidth = photo.halfHeight * photo.aspect * distance * shown;
+    const rim = 0.03 * Math.min(halfWidth, halfHeight);
+    const frame = new Group();
+    frame.add(border(halfWidth, halfHeight, rim, new Color(0x3a3c44)));
+    frame.add(border(halfWidth + rim, halfHeight + rim, 50 * Math.max(halfWidth, halfHeight), wallColour));
+    frame.position.z = -distance;
+    for (const part of frame.children) part.renderOrder = 2; // after the veil: the frame stays when the model fades
+    return frame;
+}
+
+/** A flat border around an opening. */
+function border(halfWidth, halfHeight, thickness, colour) {
+    const rectangle = (path, w, h) => path.moveTo(-w, -h).lineTo(w, -h).lineTo(w, h).lineTo(-w, h).closePath();
+    const shape = rectangle(new Shape(), halfWidth + thickness, halfHeight + thickness);
+    shape.holes.push(rectangle(new Path(), halfWidth, halfHeight));
+    return new Mesh(new ShapeGeometry(shape), new MeshBasicMaterial({ color: colour, side: DoubleSide, toneMapped: false }));
+}

@@ -1,0 +1,69 @@
+// Headsets, through WebXR: stereo by three.js, the head's motion one to one, and a neck where a headset knows only how it is turned.
+
+import { Quaternion, Vector3 } from "three";
+
+/** From where the neck turns to between the eyes, in metres, facing -z. */
+const neckToEyes = new Vector3(0, 0.075, -0.08);
+
+/** How far the head may go before the model fades, as a share of the distance of the nearest surface. */
+const headRoom = 0.25;
+
+/** Follows one session's head. Positions are in metres. */
+export class Head {
+    constructor() {
+        /** The first pose: where the photo is to be seen from. @type {{position: Vector3, turn: Quaternion} | null} */
+        this.home = null;
+        /** Where the origin of the photo is to be put, for the head to see it from where it should. */
+        this.photoPosition = new Vector3();
+        /** The turn of the photo about the vertical, towards where the head looked at first. */
+        this.photoTurn = new Quaternion();
+        /** How far the head is from where the photo was taken. */
+        this.distance = 0;
+    }
+
+    /** @param {XRViewerPose} pose */
+    update(pose) {
+        const { position: p, orientation: o } = pose.transform;
+        const position = new Vector3(p.x, p.y, p.z);
+        const turn = new Quaternion(o.x, o.y, o.z, o.w);
+        if (!this.home) {
+            this.home = { position, turn };
+            const ahead = new Vector3(0, 0, -1).applyQuaternion(turn);
+            this.photoTurn.setFromAxisAngle(new Vector3(0, 1, 0), Math.atan2(-ahead.x, -ahead.z));
+        }
+        const moved = pose.emulatedPosition ? this.neckMotion(turn) : position.clone().sub(this.home.position);
+        // The camera is where the headset says. Where it should be elsewhere, the photo moves instead.
+        this.photoPosition.copy(position).sub(moved);
+        this.distance = moved.length();
+    }
+
+    /** How the eyes move when the head turns on the neck: "rotating the head to the left also translates the eyes leftward". */
+    neckMotion(turn) {
+        return neckToEyes.clone().applyQuaternion(turn).sub(neckToEyes.clone().applyQuaternion(this.home.turn));
+    }
+}
+
+/**
+ * Shows a button where there is a headset, and runs the session.
+ *
+ * @param {HTMLButtonElement} button
+ * @param {import("./stage.js").Stage} stage
+ * @param {(text: string) => void} say
+ */
+export async function offerHeadset(button, stage, say) {
+    const isThere = await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false);
+    button.hidden = !isThere;
+    button.addEventListener("click", async () => {
+        try {
+            const session = await navigator.xr.requestSession("immersive-vr", { optionalFeatures: ["local"] });
+            await stage.enterHeadset(session, new Head());
+        } catch (failure) {
+            say(`The headset can't be used: ${failure.message}`);
+        }
+    });
+}
+
+/** @param {Head} head @param {import("./photo.js").Photo} photo @returns {number} 1 is as far as the head should go */
+export function headReach(head, photo) {
+    return head.distance / (headRoom * photo.nearest);
+}

@@ -1,0 +1,101 @@
+// Reads a GLB file, and finds in it what the viewer must know: where the photo's camera stood, and how near and far things are.
+
+import { Box3, Group, Matrix4, Vector3 } from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+
+/**
+ * A model in the space of the camera that took the photo: the camera at the origin, looking along -z, y up.
+ *
+ * @typedef {object} Photo
+ * @property {Group} model
+ * @property {number} aspect  the photo's width / height
+ * @property {number} halfHeight  half the photo's height at distance 1: the tangent of half the vertical field of view
+ * @property {number} nearest  distance of the nearest surface along the optical axis
+ * @property {number} farthest  of the farthest
+ */
+
+/**
+ * @param {ArrayBuffer} bytes  a GLB file
+ * @returns {Promise<Photo>}
+ */
+export async function readPhoto(bytes) {
+    const isGlb = bytes.byteLength >= 12 && new DataView(bytes).getUint32(0) === 0x676c5446; // "glTF"
+    if (!isGlb) throw new Error("It is no GLB file.");
+    if (new DataView(bytes).getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
+    const file = await new GLTFLoader().parseAsync(bytes, "");
+    const model = new Group();
+    model.add(file.scene);
+    file.scene.updateWorldMatrix(true, true);
+
+    const camera = file.cameras.find((candidate) => candidate.isPerspectiveCamera) ?? cameraThatSeesAll(file.scene);
+    const toCamera = new Matrix4().copy(camera.matrixWorld).invert();
+    file.scene.applyMatrix4(toCamera);
+    model.updateMatrixWorld(true);
+
+    const { nearest, farthest } = depthRange(model);
+    const halfHeight = Math.tan((camera.fov * Math.PI) / 360);
+    return { model, aspect: camera.aspect, halfHeight, nearest, farthest };
+}
+
+/** Frees what a photo holds on the graphics card. @param {Photo} photo */
+export function disposeOf(photo) {
+    photo.model.traverse((part) => {
+        part.geometry?.dispose();
+        for (const material of [part.material ?? []].flat()) {
+            for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
+            material.dispose();
+        }
+    });
+}
+
+/** Calls `visit` with every vertex of every mesh, in the space around the model. */
+function forEachVertex(model, visit) {
+    const vertex = new Vector3();
+    model.traverse((part) => {
+        const positions = part.isMesh ? part.geometry.attributes.position : undefined;
+        for (let i = 0; i < (positions?.count ?? 0); ++i) visit(vertex.fromBufferAttribute(positions, i).applyMatrix4(part.matrixWorld));
+    });
+}
+
+/** What is not in front of the camera is not seen, and does not count. */
+function depthRange(model) {
+    let nearest = Infinity;
+    let farthest = 0;
+    forEachVertex(model, ({ z }) => {
+        if (z < 0) {
+            nearest = Math.min(nearest, -z);
+            farthest = Math.max(farthest, -z);
+        }
+    });
+    if (!(farthest > 0)) throw new Error("It shows nothing in front of its camera.");
+    // A model without depth is a photo on a wall.
+    return { nearest, farthest: Math.max(farthest, nearest * 1.001) };
+}
+
+/**
+ * A camera for files that have none. A photo's mesh widens away from the origin, where its camera was, and is seen from there; any
+ * other model is seen from in front of it.
+ */
+function cameraThatSeesAll(scene) {
+    const box = new Box3().setFromObject(scene);
+    if (box.isEmpty()) throw new Error("It shows nothing.");
+    const size = box.getSize(new Vector3());
+    const matrixWorld = new Matrix4();
+    let halfWidth = 0;
+    let halfHeight = 0;
+    if (box.max.z < 0) {
+        forEachVertex(scene, ({ x, y, z }) => {
+            halfWidth = Math.max(halfWidth, Math.abs(x / z));
+            halfHeight = Math.max(halfHeight, Math.abs(y / z));
+        });
+    } else {
+        const distance = 1.5 * size.length();
+        const center = box.getCenter(new Vector3());
+        matrixWorld.makeTranslation(center.x, center.y, box.max.z + distance);
+        halfWidth = (0.6 * size.x) / distance;
+        halfHeight = (0.6 * size.y) / distance;
+    }
+    halfWidth = Math.max(halfWidth, 1e-3);
+    halfHeight = Math.max(halfHeight, 1e-3);
+    return { matrixWorld, fov: (Math.atan(halfHeight) * 360) / Math.PI, aspect: halfWidth / halfHeight };
+}

@@ -1,0 +1,74 @@
+// The orientation of a phone or tablet. The scene is as if in a box behind the screen: turn the screen, and you look into the box
+// from the side that the screen has turned away from.
+
+import { Euler, Quaternion, Vector3 } from "three";
+
+/** @typedef {import("./motion.js").Motion} Motion */
+
+/** Turning the device by this angle goes as far as one should. */
+const fullTilt = (20 * Math.PI) / 180;
+
+/** Seconds in which what counts as straight follows two thirds of the way to how the device is held. */
+const followSeconds = 20;
+
+/**
+ * Follows where the viewer's head is, seen from the screen. The head is taken to be straight in front of the screen at first, and to
+ * come there again in time when the person sits or holds the device in another way.
+ */
+export class HeadDirection {
+    constructor() {
+        /** Towards the head, in the world's axes. @type {Vector3 | null} */
+        this.head = null;
+        this.time = 0;
+    }
+
+    /**
+     * @param {{alpha: number, beta: number, gamma: number}} orientation  in degrees, as a DeviceOrientationEvent has them
+     * @param {number} screenAngle  how far the picture is turned on the screen, in degrees
+     * @param {number} time  in seconds
+     * @returns {{right: number, up: number}} the angles of the head to the right of the screen and above it, in radians
+     */
+    update({ alpha, beta, gamma }, screenAngle, time) {
+        const radians = Math.PI / 180;
+        // Z-X'-Y'' in the world's axes, which is "ZXY" in three.js.
+        const device = new Quaternion().setFromEuler(new Euler(beta * radians, gamma * radians, alpha * radians, "ZXY"));
+        const straight = new Vector3(0, 0, 1).applyQuaternion(device);
+        this.head ??= straight.clone();
+        this.head.lerp(straight, 1 - Math.exp(-Math.max(time - this.time, 0) / followSeconds)).normalize();
+        this.time = time;
+        const seen = this.head.clone().applyQuaternion(device.invert());
+        seen.applyAxisAngle(new Vector3(0, 0, 1), screenAngle * radians); // from the device's axes to the picture's
+        return { right: Math.atan2(seen.x, seen.z), up: Math.atan2(seen.y, seen.z) };
+    }
+}
+
+/** Seconds without a word from the device after which it seems to want to be asked. */
+const patience = 1;
+
+/**
+ * Listens to the device. Some tell how they are held only to pages that were allowed to know (iOS), and asking for that takes the
+ * press of a button.
+ *
+ * @param {HTMLButtonElement} button  shown only where it is needed
+ * @param {Motion} motion
+ */
+export function listenToTilt(button, motion) {
+    if (typeof DeviceOrientationEvent === "undefined") return;
+    const direction = new HeadDirection();
+    let isHeard = false;
+    addEventListener("deviceorientation", ({ alpha, beta, gamma, timeStamp }) => {
+        if (alpha === null || beta === null || gamma === null) return; // a device without sensors
+        isHeard = true;
+        button.hidden = true;
+        if (motion.isReduced()) return;
+        const { right, up } = direction.update({ alpha, beta, gamma }, screen.orientation?.angle ?? 0, timeStamp / 1000);
+        motion.tilt(right / fullTilt, up / fullTilt);
+    });
+    const canBeAsked = typeof DeviceOrientationEvent.requestPermission === "function" && navigator.maxTouchPoints > 0;
+    if (!canBeAsked) return;
+    setTimeout(() => (button.hidden = isHeard || motion.isReduced()), 1000 * patience);
+    button.addEventListener("click", () => {
+        button.hidden = true;
+        DeviceOrientationEvent.requestPermission().catch(() => {}); // refused or not, the photo can be dragged
+    });
+}
