@@ -4,8 +4,10 @@
 
 Every run must end with a GLB file, or with a message that says what was expected and what was found, and then with nothing written.
 """
+import base64
 import json
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -54,6 +56,19 @@ def run(name, arguments, expect=None):
             print(f"FAILED {name}: exit code {result.returncode}, wrote {written}, said: {result.stderr.strip()[:600]}")
 
 
+def check(name, is_good):
+    global passed, failed
+    if is_good:
+        passed += 1
+    else:
+        failed += 1
+        print(f"FAILED {name}")
+
+
+def is_whole_glb(data):
+    return data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
+
+
 def file(folder, name, content):
     path = os.path.join(folder, name)
     with open(path, "wb") as out:
@@ -99,6 +114,17 @@ def main():
         run("a depth network in a file", [small, "--depth-model", student])
         run("another network's file", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "tiefenrausch_small"])
 
+        # A page for a browser. What a real viewer makes of it, tests/viewer shows.
+        viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
+        page, odd_name = os.path.join(folder, "page.html"), file(folder, "a<b&c.png", png(60, 80))
+        run("a page", [odd_name, *depth, "--html", page, "--viewer", viewer])
+        text = open(page, encoding="utf-8").read() if os.path.exists(page) else ""
+        parts = re.fullmatch(r'1<title>(.*)</title>2<style>.*width: 60; .*height: 80 .*</style>\s*<img .*base64,([^"]*)">\s*<script .*>([^<]*)</script>3', text)
+        check("the parts of a page", parts and parts[1] == "a&lt;b&amp;c" and base64.b64decode(parts[2])[:2] == b"\xff\xd8" and is_whole_glb(base64.b64decode(parts[3])))
+        run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
+        run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
+        run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
+
         model = os.path.join(SHARED, "tiefenrausch/model")
         if os.path.isdir(model):
             network, weights = (open(os.path.join(model, n), "rb").read() for n in ("tiefenrausch.pb", "tiefenrausch_init.pb"))
@@ -116,12 +142,7 @@ def main():
         missing = {"depth filter", "connected components", "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"} - set(
             figures["milliseconds"]) | {"pixels", "layers", "charts", "triangles", "glb_bytes", "peak_memory_bytes"} - set(figures)
         pictures = sorted(os.listdir(os.path.join(folder, "stages")))
-        global passed, failed
-        if missing or len(pictures) < 12:
-            failed += 1
-            print(f"FAILED report and pictures: missing {missing}, pictures {pictures}")
-        else:
-            passed += 1
+        check(f"report and pictures: missing {missing}, pictures {pictures}", not missing and len(pictures) >= 12)
     print(f"{passed} passed, {failed} failed")
     return 1 if failed else 0
 

@@ -1,0 +1,53 @@
+// Small changes to GLB files, for tests of files that photo3d did not write.
+
+/** @param {Buffer} glb @returns {{json: object, binary: Buffer}} */
+export function takeApart(glb) {
+    const jsonLength = glb.readUInt32LE(12);
+    const binaryStart = 20 + jsonLength;
+    const binary = glb.subarray(binaryStart + 8, binaryStart + 8 + glb.readUInt32LE(binaryStart));
+    return { json: JSON.parse(glb.toString("utf8", 20, binaryStart)), binary };
+}
+
+/** @returns {Buffer} a GLB file */
+export function putTogether({ json, binary }) {
+    const text = Buffer.from(JSON.stringify(json));
+    const chunk = (type, content, fill) => {
+        const padding = Buffer.alloc((4 - (content.length % 4)) % 4, fill);
+        const head = Buffer.alloc(8);
+        head.writeUInt32LE(content.length + padding.length, 0);
+        head.write(type, 4, "latin1");
+        return Buffer.concat([head, content, padding]);
+    };
+    const body = Buffer.concat([chunk("JSON", text, " "), chunk("BIN\0", binary, 0)]);
+    const head = Buffer.alloc(12);
+    head.write("glTF", 0, "latin1");
+    head.writeUInt32LE(2, 4);
+    head.writeUInt32LE(12 + body.length, 8);
+    return Buffer.concat([head, body]);
+}
+
+/** The same file without its camera. */
+export function withoutCamera(glb) {
+    const { json, binary } = takeApart(glb);
+    delete json.cameras;
+    for (const node of json.nodes) delete node.camera;
+    return putTogether({ json, binary });
+}
+
+/** A white square around the origin, of 2 x 2, that is no photo and has no camera. */
+export function square() {
+    const positions = Buffer.from(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]).buffer);
+    const json = {
+        asset: { version: "2.0" },
+        scene: 0,
+        scenes: [{ nodes: [0] }],
+        nodes: [{ mesh: 0 }],
+        meshes: [{ primitives: [{ attributes: { POSITION: 0 }, material: 0 }] }],
+        materials: [{ extensions: { KHR_materials_unlit: {} } }],
+        accessors: [{ bufferView: 0, componentType: 5126, count: 6, type: "VEC3", min: [-1, -1, 0], max: [1, 1, 0] }],
+        bufferViews: [{ buffer: 0, byteLength: positions.length }],
+        buffers: [{ byteLength: positions.length }],
+        extensionsUsed: ["KHR_materials_unlit"],
+    };
+    return putTogether({ json, binary: positions });
+}

@@ -1,0 +1,137 @@
+// Compares pictures. Chromium decodes and scales them, on a page of its own.
+
+/** Everything here gets and gives pictures as base64 of PNG or JPEG files. */
+export class PictureDesk {
+    /** @param {import("playwright-core").Page} page  an empty page */
+    constructor(page) {
+        this.page = page;
+    }
+
+    static async open(context) {
+        const page = await context.newPage();
+        await page.evaluate(() => {
+            /** The pixels of a picture, or of its middle, scaled to width x height. */
+            window.pixelsOf = async (base64, width, height, hidden = 0) => {
+                const image = new Image();
+                image.src = `data:image;base64,${base64}`;
+                await image.decode();
+                const border = hidden * Math.min(image.width, image.height);
+                const canvas = new OffscreenCanvas(width || image.width, height || image.height);
+                const context = canvas.getContext("2d");
+                context.imageSmoothingQuality = "high";
+                context.drawImage(image, border, border, image.width - 2 * border, image.height - 2 * border, 0, 0, canvas.width, canvas.height);
+                return context.getImageData(0, 0, canvas.width, canvas.height);
+            };
+            window.brightness = ({ data }, i) => data[4 * i] + data[4 * i + 1] + data[4 * i + 2];
+        });
+        return new PictureDesk(page);
+    }
+
+    /**
+     * Peak signal to noise ratio, in dB, of a picture against another scaled to its size.
+     *
+     * @param {number} hidden  share of the other's shorter side to leave out along every side
+     */
+    psnr(picture, other, hidden = 0) {
+        return this.page.evaluate(
+            async ([picture, other, hidden]) => {
+                const a = await pixelsOf(picture);
+                const b = await pixelsOf(other, a.width, a.height, hidden);
+                let sum = 0;
+                for (let i = 0; i < a.data.length; ++i) if (i % 4 !== 3) sum += (a.data[i] - b.data[i]) ** 2;
+                return 10 * Math.log10((255 * 255 * 0.75 * a.data.length) / sum);
+            },
+            [picture, other, hidden],
+        );
+    }
+
+    /** The mean of all colours, 0 to 255. */
+    brightness(picture) {
+        return this.page.evaluate(async (picture) => {
+            const pixels = await pixelsOf(picture);
+            let sum = 0;
+            for (let i = 0; i < pixels.width * pixels.height; ++i) sum += brightness(pixels, i) / 3;
+            return sum / (pixels.width * pixels.height);
+        }, picture);
+    }
+
+    /** The share of pixels that have exactly this colour. */
+    shareOf(picture, colour) {
+        return this.page.evaluate(
+            async ([picture, colour]) => {
+                const { data } = await pixelsOf(picture);
+                let count = 0;
+                for (let i = 0; i < data.length; i += 4) count += colour.every((value, c) => data[i + c] === value);
+                return count / (data.length / 4);
+            },
+            [picture, colour],
+        );
+    }
+
+    /**
+     * How a near and a far detail have moved between two pictures, in pixels to the right and down.
+     *
+     * @param {string} depth  the depth map, near is bright
+     * @param {number} hidden  share of the depth map's shorter side that the pictures don't show, along every side
+     */
+    parallax(before, after, depth, hidden) {
+        return this.page.evaluate(
+            async ([before, after, depth, hidden]) => {
+                const a = await pixelsOf(before);
+                const b = await pixelsOf(after);
+                const map = await pixelsOf(depth, a.width, a.height, hidden);
+                const { width, height } = a;
+                const size = 24;
+                const reach = 14;
+
+                // Of the nearest and of the farthest blocks, those with most detail.
+                const blocks = [];
+                for (let y = reach; y + size + reach < height; y += size / 2)
+                    for (let x = reach; x + size + reach < width; x += size / 2) {
+                        const block = { x, y, low: 765, high: 0, detail: 0 };
+                        for (let v = 0; v < size; ++v)
+                            for (let u = 0; u < size; ++u) {
+                                const i = (y + v) * width + x + u;
+                                block.low = Math.min(block.low, brightness(map, i));
+                                block.high = Math.max(block.high, brightness(map, i));
+                                block.detail += Math.abs(brightness(a, i) - brightness(a, i + 1)) + Math.abs(brightness(a, i) - brightness(a, i + width));
+                            }
+                        if (block.high - block.low < 60) blocks.push(block); // on one surface
+                    }
+                blocks.sort((p, q) => p.low - q.low);
+                const some = Math.ceil(blocks.length / 10);
+                const mostDetailed = (candidates) => candidates.reduce((p, q) => (q.detail > p.detail ? q : p));
+
+                const motionOf = ({ x, y }) => {
+                    let best = { error: Infinity };
+                    for (let down = -reach; down <= reach; ++down)
+                        for (let right = -reach; right <= reach; ++right) {
+                            let error = 0;
+                            for (let v = 0; v < size; ++v)
+                                for (let u = 0; u < size; ++u)
+                                    error += Math.abs(brightness(a, (y + v) * width + x + u) - brightness(b, (y + v + down) * width + x + u + right));
+                            if (error < best.error) best = { error, right, down };
+                        }
+                    return { right: best.right, down: best.down };
+                };
+                return { near: motionOf(mostDetailed(blocks.slice(-some))), far: motionOf(mostDetailed(blocks.slice(0, some))) };
+            },
+            [before, after, depth, hidden],
+        );
+    }
+
+    /** The left or the right half of a picture. */
+    half(picture, side) {
+        return this.page.evaluate(
+            async ([picture, side]) => {
+                const pixels = await pixelsOf(picture);
+                const canvas = document.createElement("canvas");
+                canvas.width = pixels.width >> 1;
+                canvas.height = pixels.height;
+                canvas.getContext("2d").putImageData(pixels, side === "left" ? 0 : -canvas.width, 0);
+                return canvas.toDataURL("image/png").split(",")[1];
+            },
+            [picture, side],
+        );
+    }
+}

@@ -1,0 +1,399 @@
+// node viewer.mjs [WORD]: the viewer in Chromium, with the sample that examples/photo3d/run.sh has made. Ends with "N passed, N failed".
+
+import assert from "node:assert/strict";
+import { readFile, stat } from "node:fs/promises";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
+import { square, withoutCamera } from "./glb.mjs";
+import { PictureDesk } from "./pictures.mjs";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const top = join(here, "../..");
+const samplePage = join(top, "out/sample.html");
+const emptyPage = join(top, "build/viewer/viewer.html");
+const glb = await readFile(join(top, "out/sample.glb"));
+const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
+const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
+
+const wallColour = [8, 9, 11]; // what is seen where the model is not, as stage.js has it
+const headsetScripts = [
+    { path: join(here, "node_modules/iwer/build/iwer.min.js") },
+    "window.emulated = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true });" +
+        "emulated.installRuntime({ polyfillLayers: true, forceInstall: true });",
+];
+// A headset that knows only how it is turned.
+const rotationOnlyScripts = [...headsetScripts, "Object.defineProperty(XRPose.prototype, 'emulatedPosition', { get: () => true });"];
+
+const only = process.argv[2]; // a word of the tests to run, for those who work on one of them
+
+const { context, stop } = await startBrowser();
+const desk = await PictureDesk.open(context);
+let passed = 0;
+let failed = 0;
+
+/**
+ * Opens a page, runs a test on it, and checks that nothing went wrong on the page meanwhile.
+ *
+ * @param {string} fact  what the test shows
+ * @param {() => Promise<import("playwright-core").Page>} open
+ * @param {(page: import("playwright-core").Page) => Promise<void>} check
+ */
+async function test(fact, open, check) {
+    if (only && !fact.includes(only)) return;
+    const start = performance.now();
+    let page;
+    try {
+        page = await open();
+        await check(page);
+        assert.deepEqual(page.errors, [], "nothing on the console, nothing asked for");
+        passed += 1;
+        console.log(`passed: ${fact} (${Math.round(performance.now() - start)} ms)`);
+    } catch (failure) {
+        failed += 1;
+        console.log(`FAILED: ${fact}\n${failure.stack}\n${page?.errors.join("\n") ?? ""}`);
+    }
+    await page?.close();
+}
+
+const opened = (options) => () => openPhoto(context, samplePage, options);
+const still = { reducedMotion: true };
+
+/** How much of the photo's shorter side is behind the frame along every side. */
+const hiddenBorder = (page) =>
+    page.evaluate(() => Number(getComputedStyle(document.documentElement).getPropertyValue("--hidden-border")));
+
+/** The middle of the frame and its size, in pixels of the window. */
+async function frameOf(page) {
+    const { x, y, width, height } = await page.locator("#frame").boundingBox();
+    return { x: x + width / 2, y: y + height / 2, width, height };
+}
+
+/** Moves the mouse to (right, up) in the frame, each -1 to 1, and waits until the viewer is there. */
+async function hover(page, right, up) {
+    const { x, y, width, height } = await frameOf(page);
+    await page.mouse.move(x + (right * width) / 2, y - (up * height) / 2);
+    return settle(page);
+}
+
+function assertNear(actual, expected, tolerance, what) {
+    assert.ok(Math.abs(actual - expected) <= tolerance, `${what}: expected ${expected} within ${tolerance}, found ${actual}`);
+}
+
+/** Sideways and upwards motion of the viewer shows in the picture as it would in a window. */
+async function assertParallax(page, before, { right, up }) {
+    const { near, far } = await desk.parallax(before, await picture(page), depth, await hiddenBorder(page));
+    const motion = JSON.stringify({ near, far });
+    if (right !== 0) assert.ok((near.right - far.right) * Math.sign(right) < -2, `near goes against the viewer, sideways: ${motion}`);
+    if (up !== 0) assert.ok((near.down - far.down) * Math.sign(up) > 2, `near goes against the viewer, up and down: ${motion}`);
+}
+
+// The first picture
+
+await test("the first picture is the photo", opened({ ...still, size: { width: 1280, height: 800 } }), async (page) => {
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
+    console.log(`        ${psnr.toFixed(1)} dB inside the frame, ${Math.round(page.openingTime)} ms after opening`);
+    assert.ok(psnr > 28, `${psnr} dB`);
+});
+
+await test("so it is on a telephone's screen", opened({ ...still, size: { width: 390, height: 844 } }), async (page) => {
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
+    assert.ok(psnr > 28, `${psnr} dB`);
+    const { width } = await frameOf(page);
+    assert.ok(width > 340, `the photo is ${width} pixels wide`);
+});
+
+await test("the page is named after the photo and at most 1 MB larger than the GLB in base64", opened(still), async (page) => {
+    assert.equal(await page.title(), "sample");
+    const { size } = await stat(samplePage);
+    const more = size - Math.ceil(glb.length / 3) * 4;
+    console.log(`        ${size} bytes, ${more} more than the GLB in base64`);
+    assert.ok(more > 0 && more <= 1_000_000);
+});
+
+await test("the page can't ask the network for anything", opened(still), async (page) => {
+    const directive = await page.evaluate(async () => {
+        const refused = new Promise((resolve) => addEventListener("securitypolicyviolation", resolve, { once: true }));
+        await fetch("http://127.0.0.1:9/").catch(() => {});
+        return (await refused).effectiveDirective;
+    });
+    assert.equal(directive, "connect-src");
+    page.errors.length = 0; // the refusal stands on the console
+});
+
+// Motion
+
+await test("an idle viewer sways from where the photo was taken, until the first input", opened(), async (page) => {
+    const { reach } = await stateOf(page);
+    await page.waitForFunction((before) => window.viewer.state().reach.right !== before, reach.right);
+    const { isIdle } = await hover(page, 0.5, 0); // which waits until nothing moves
+    assert.equal(isIdle, false);
+});
+
+await test("the mouse looks around: near things go against it", opened(), async (page) => {
+    const middle = await hover(page, 0, 0);
+    assertNear(middle.reach.right, 0, 0.01, "right");
+    const before = await picture(page);
+    const right = await hover(page, 0.95, 0);
+    assertNear(right.reach.right, 0.95, 0.01, "right");
+    await assertParallax(page, before, { right: 1, up: 0 });
+    const left = await hover(page, -0.95, 0);
+    assertNear(left.reach.right, -0.95, 0.01, "right");
+    await assertParallax(page, before, { right: -1, up: 0 });
+    const up = await hover(page, 0, 0.95);
+    assertNear(up.reach.up, 0.95, 0.01, "up");
+    await assertParallax(page, before, { right: 0, up: 1 });
+    await hover(page, 0, 0);
+    assert.ok((await desk.psnr(await picture(page), before)) > 50, "back in the middle, the picture is the same");
+});
+
+await test("at the limits the frame hides the photo's border, and next to nothing is uncovered", opened(), async (page) => {
+    for (const [right, up] of [[1, 1], [-1, 0], [0, -1], [-1, 1]]) {
+        const { reach, angles, visibility } = await hover(page, 1.04 * right, 1.04 * up);
+        assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
+        assert.equal(visibility, 1);
+        assert.ok(Math.max(Math.abs(angles.horizontal), Math.abs(angles.vertical)) < 10, JSON.stringify(angles));
+        const uncovered = await desk.shareOf(await picture(page, "#view"), wallColour);
+        assert.ok(uncovered < 0.0005, `${100 * uncovered} % uncovered`);
+    }
+});
+
+await test("scrolling leads up and into the scene, and a little aside", opened(), async (page) => {
+    await hover(page, 0, 0);
+    const before = await picture(page);
+    await page.mouse.wheel(0, 400);
+    const half = await settle(page);
+    assert.ok(half.reach.up > 0.2 && half.reach.forward > 0.4 && half.reach.right > 0, JSON.stringify(half.reach));
+    assert.ok(half.reach.right < half.reach.up / 2);
+    await page.mouse.wheel(0, 100_000);
+    const end = await settle(page);
+    assertNear(end.reach.forward, 1, 1e-6, "forward");
+    assert.equal(end.visibility, 1);
+    await page.mouse.wheel(0, -1_000_000);
+    const otherEnd = await settle(page);
+    assertNear(otherEnd.reach.forward, -1, 1e-6, "forward");
+    assert.ok(otherEnd.reach.up < -0.2 && otherEnd.reach.right < 0, JSON.stringify(otherEnd.reach));
+    await assertParallax(page, before, { right: 0, up: -1 });
+    const uncovered = await desk.shareOf(await picture(page, "#view"), wallColour);
+    assert.ok(uncovered < 0.0005, `from behind, ${100 * uncovered} % uncovered`);
+});
+
+await test("keys look around, move in and out, and lead back", opened(still), async (page) => {
+    const before = await picture(page);
+    for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowRight");
+    let { reach, visibility } = await settle(page);
+    assertNear(reach.right, 1, 1e-6, "right");
+    assert.equal(visibility, 1);
+    await assertParallax(page, before, { right: 1, up: 0 });
+    await page.keyboard.press("Home");
+    for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowDown");
+    ({ reach } = await settle(page));
+    assertNear(reach.up, -1, 1e-6, "up");
+    await page.keyboard.press("+");
+    ({ reach } = await settle(page));
+    assert.ok(reach.forward > 0.1);
+    await page.keyboard.press("Home");
+    ({ reach } = await settle(page));
+    assert.deepEqual(reach, { right: 0, up: 0, forward: 0 });
+    assert.ok((await desk.psnr(await picture(page), before)) > 50);
+});
+
+await test("a finger drags the scene; pulled too far, the model fades, and comes back", opened(), async (page) => {
+    const { x, y, width } = await frameOf(page);
+    await touch(page, [{ x, y }]);
+    const start = await settle(page); // the sway has ended
+    const before = await picture(page);
+    await touch(page, [{ x, y }, { x: x + 0.2 * width, y }]);
+    const dragged = await settle(page);
+    assertNear(dragged.reach.right - start.reach.right, -0.5, 0.05, "right");
+    await assertParallax(page, before, { right: -1, up: 0 });
+    await touch(page, [{ x: x + 0.2 * width, y }, { x: x + 0.45 * width, y }, { x: x + 0.49 * width, y }]);
+    await touch(page, []);
+    await settle(page);
+    // Again, from the other side: more than once over the frame.
+    await touch(page, [{ x: x - 0.49 * width, y }, { x: x + 0.49 * width, y }]);
+    const far = await settle(page);
+    assert.ok(far.reach.right < -1.05 && far.reach.right > -1.6, JSON.stringify(far));
+    assert.ok(far.visibility < 0.5, JSON.stringify(far));
+    assert.ok((await desk.brightness(await picture(page))) < 0.9 * (await desk.brightness(before)));
+    await touch(page, []);
+    const released = await settle(page);
+    assert.equal(released.visibility, 1);
+    assertNear(released.reach.right, -1, 1e-3, "right");
+});
+
+await test("turning the device looks into the scene from the side it turned away from", opened(), async (page) => {
+    await page.evaluate(() => window.dispatchEvent(new PointerEvent("pointermove", { pointerType: "mouse", clientX: innerWidth / 2, clientY: innerHeight / 2 })));
+    await turnDevice(page, 0, 60, 0);
+    await settle(page);
+    const before = await picture(page);
+    await turnDevice(page, 0, 72, 0); // the upper edge towards the head: seen from above
+    const above = await settle(page);
+    assertNear(above.reach.up, 12 / 20, 0.05, "up");
+    assertNear(above.reach.right, 0, 0.05, "right");
+    await assertParallax(page, before, { right: 0, up: 1 });
+    await turnDevice(page, 0, 60, 12); // the right edge away from the head: seen from the left
+    const left = await settle(page);
+    assertNear(left.reach.right, -12 / 20, 0.08, "right");
+    await assertParallax(page, before, { right: -1, up: 0 });
+    await turnDevice(page, 0, 60, 80);
+    const end = await settle(page);
+    assertNear(Math.hypot(end.reach.right, end.reach.up), 1, 1e-3, "the way from the middle");
+    assert.equal(end.visibility, 1);
+});
+
+// As on iOS: no word from the device before the permission.
+const askingScript = `
+    Object.defineProperty(navigator, "maxTouchPoints", { get: () => 5 });
+    addEventListener("deviceorientation", (event) => window.isAllowed || event.stopImmediatePropagation(), true);
+    DeviceOrientationEvent.requestPermission = async () => ((window.isAllowed = true), "granted");`;
+await test("where tilting needs permission, a button asks for it", opened({ scripts: [askingScript] }), async (page) => {
+    await page.locator("#tilt").waitFor();
+    await hover(page, 0, 0);
+    await turnDevice(page, 0, 60, 0);
+    await turnDevice(page, 0, 60, 12);
+    assertNear((await settle(page)).reach.right, 0, 0.01, "right");
+    await page.click("#tilt");
+    assert.ok(await page.locator("#tilt").isHidden());
+    await hover(page, 0, 0);
+    await turnDevice(page, 0, 60, 0);
+    await turnDevice(page, 0, 60, -12);
+    assert.ok((await settle(page)).reach.right > 0.4);
+});
+
+await test("with reduced motion, nothing moves but what is dragged or asked for by keys", opened(still), async (page) => {
+    const before = await picture(page);
+    await page.waitForTimeout(500);
+    assert.deepEqual((await hover(page, 0.9, 0.9)).reach, { right: 0, up: 0, forward: 0 });
+    assert.equal(await picture(page), before);
+    await page.mouse.down();
+    const { x, y, width } = await frameOf(page);
+    await page.mouse.move(x + 0.45 * width - 0.2 * width, y - 0.45 * (await frameOf(page)).height);
+    assertNear((await settle(page)).reach.right, 0.5, 0.05, "right");
+    await page.mouse.up();
+});
+
+// Headsets
+
+/** Presses the button and waits for a picture from the headset. */
+async function enterHeadset(page) {
+    await page.click("#headset");
+    await page.waitForFunction(() => window.viewer.state().eyes.length === 2 && window.viewer.state().eyes[0][0] !== 0);
+    return settle(page);
+}
+const betweenEyes = ({ eyes: [left, right] }) => left.map((value, axis) => (value + right[axis]) / 2);
+const moveHead = async (page, change) => {
+    await page.evaluate(change);
+    return settle(page);
+};
+
+await test("a headset shows two views, and the head moves one to one", opened({ scripts: headsetScripts }), async (page) => {
+    await hover(page, 0, 0);
+    const flat = await picture(page);
+    const home = await enterHeadset(page);
+    const [left, right] = home.eyes;
+    const apart = await page.evaluate(() => window.emulated.ipd);
+    assertNear(right[0] - left[0], apart, 1e-4, "distance of the eyes");
+    betweenEyes(home).forEach((value) => assertNear(value, 0, 0.02, "where the photo was taken"));
+    const canvas = await picture(page, "canvas >> nth=0");
+    const halves = [await desk.half(canvas, "left"), await desk.half(canvas, "right")];
+    for (const half of halves) assert.ok((await desk.brightness(half)) > 10, "both eyes see something");
+    const alike = await desk.psnr(halves[0], halves[1]);
+    assert.ok(alike < 35, `each eye sees its own picture: ${alike} dB`);
+
+    const moved = await moveHead(page, () => {
+        window.emulated.position.x += 0.1;
+        window.emulated.position.y += 0.05;
+    });
+    assertNear(betweenEyes(moved)[0] - betweenEyes(home)[0], 0.1, 1e-3, "metres to the right");
+    assertNear(betweenEyes(moved)[1] - betweenEyes(home)[1], 0.05, 1e-3, "metres up");
+    assert.equal(moved.visibility, 1);
+
+    const lit = await desk.brightness(await picture(page, "canvas >> nth=0"));
+    const far = await moveHead(page, () => (window.emulated.position.x += 5));
+    assert.equal(far.visibility, 0);
+    assert.ok((await desk.brightness(await picture(page, "canvas >> nth=0"))) < lit);
+
+    await page.evaluate(() => window.emulated.activeSession.end());
+    await page.waitForFunction(() => !window.viewer.state().isInHeadset);
+    await hover(page, 0, 0);
+    assert.ok((await desk.psnr(await picture(page), flat)) > 40, "back on the screen");
+});
+
+await test("a headset that knows only how it is turned gets a neck", opened({ scripts: rotationOnlyScripts }), async (page) => {
+    const home = await enterHeadset(page);
+    const still = await moveHead(page, () => (window.emulated.position.x += 0.3));
+    assertNear(betweenEyes(still)[0], betweenEyes(home)[0], 1e-3, "what such a headset says of its place does not count");
+    // 60 degrees to the left takes the eyes 8 cm x sin 60 to the left, and 8 cm x (1 - cos 60) back.
+    const turned = await moveHead(page, () => window.emulated.quaternion.set(0, Math.sin(Math.PI / 6), 0, Math.cos(Math.PI / 6)));
+    const motion = betweenEyes(turned).map((value, axis) => value - betweenEyes(home)[axis]);
+    [-0.0693, 0, 0.04].forEach((expected, axis) => assertNear(motion[axis], expected, 2e-3, "metres"));
+});
+
+// Files
+
+/** Drops a file on the page. */
+async function drop(page, name, bytes) {
+    const transfer = await page.evaluateHandle(
+        ([name, base64]) => {
+            const data = new DataTransfer();
+            data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+            return data;
+        },
+        [name, Buffer.from(bytes).toString("base64")],
+    );
+    await page.dispatchEvent("body", "drop", { dataTransfer: transfer });
+}
+const empty = (options) => async () => {
+    const page = await openPage(context, emptyPage, options);
+    await page.waitForFunction(() => window.viewer);
+    return page;
+};
+
+await test("without a photo the viewer asks for one; a GLB dropped on it is shown", empty(still), async (page) => {
+    assert.match(await page.locator("#message").innerText(), /Drop a 3D photo/);
+    await drop(page, "my photo.glb", glb);
+    await waitUntilDrawn(page);
+    assert.equal(await page.title(), "my photo");
+    assert.ok(await page.locator("#message").isHidden());
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
+    assert.ok(psnr > 28, `${psnr} dB`);
+});
+
+await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
+    await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(glb) });
+    await waitUntilDrawn(page);
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
+    assert.ok(psnr > 20, `${psnr} dB`); // the mesh ends where the photo does, to a pixel or so
+});
+
+await test("a model that is no photo is seen from in front of it", empty(still), async (page) => {
+    await drop(page, "square.glb", square());
+    await waitUntilDrawn(page);
+    const share = await desk.shareOf(await picture(page, "#view"), [255, 255, 255]);
+    assert.ok(share > 0.4 && share < 0.95, `${share} of the picture`);
+});
+
+await test("a file that can't be shown is named, and the photo stays", opened(still), async (page) => {
+    const before = await picture(page, "#view");
+    await drop(page, "notes.txt", Buffer.from("hello, this is no model"));
+    await page.waitForFunction(() => !document.getElementById("message").hidden);
+    assert.match(await page.locator("#message").innerText(), /notes\.txt can't be shown.*no GLB/);
+    await drop(page, "cut.glb", glb.subarray(0, 5000));
+    await page.waitForFunction(() => document.getElementById("message").innerText.includes("cut.glb can't be shown. It is cut off."));
+    await page.evaluate(() => (document.getElementById("message").hidden = true));
+    assert.ok((await desk.psnr(await picture(page, "#view"), before)) > 50);
+});
+
+const noWebGl = "HTMLCanvasElement.prototype.getContext = () => null;";
+await test("without WebGL there is a message, and the flat photo", () => openPage(context, samplePage, { scripts: [noWebGl] }), async (page) => {
+    await page.waitForFunction(() => !document.getElementById("message").hidden);
+    assert.match(await page.locator("#message").innerText(), /WebGL/);
+    await page.evaluate(() => (document.getElementById("message").hidden = true));
+    const psnr = await desk.psnr(await picture(page), photo, await hiddenBorder(page));
+    assert.ok(psnr > 25, `${psnr} dB`);
+});
+
+await stop();
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed === 0 ? 0 : 1);
