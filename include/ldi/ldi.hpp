@@ -67,6 +67,10 @@
 #include <ldi/mesh/triangulate.hpp>
 
 #include <ldi/render/camera.hpp>
+#include <ldi/render/camera_paths.hpp>
+#include <ldi/render/micro_polygons.hpp>
+#include <ldi/render/peel.hpp>
 #include <ldi/render/rasterizer.hpp>
+#include <ldi/render/stereo.hpp>
 
 #include <ldi/photo3d.hpp>

@@ -12588,6 +12588,193 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 
 }  // namespace ldi
 
+// ---- ldi/render/camera_paths.hpp
+// Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
+// the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
+
+namespace ldi {
+
+enum class camera_path : std::uint8_t {
+    circle,      ///< round the photo's place, within its image plane, clockwise from the right; ends where it starts
+    swing,       ///< from the photo's place to the right, to the left and back
+    zoom_in,     ///< from the photo's place towards the scene
+    dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
+};
+
+struct path_options {
+    /// How far the nearest surface moves against what is in focus, at most, as a share of the photo's longer side.
+    float movement = 0.04F;
+    /// What stays in its place, in [0, 1].
+    float focus_disparity = 0.5F;
+    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes; below 1.
+    float approach = 0.3F;
+};
+
+/// A camera that looks from one point at another, its picture's vertical upright in the photo. The points differ, and not in
+/// height alone.
+view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
+
+/// Where a path has led at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
+                  const path_options& options = {});
+
+/// A place on a path of one's own.
+struct key_frame {
+    float time = 0;                          ///< rises from each key frame to the next
+    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space (core/camera.hpp)
+    std::array<float, 3> target{0, 0, -1};   ///< that the camera looks at
+    float zoom = 1;                          ///< above 0: multiplies the photo's focal length
+};
+
+/// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
+/// neighbours (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
+/// do not rise, or a zoom is not above 0.
+view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
+
+/// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
+/// photo's border, whatever lies there between disparity 0 and 1: its size over the photo's, in [0, 1]. The frame that hides the
+/// border.
+float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
+
+/// The same view through a frame: what is in the middle `size` of its picture, at as many pixels.
+inline view framed(view from, float size) {
+    LDI_ASSERT(size > 0);
+    from.camera.focal_length /= size;
+    return from;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------------
+
+namespace detail {
+
+using point3 = std::array<double, 3>;
+
+inline point3 normalized(const point3& p) {
+    const double length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    return {p[0] / length, p[1] / length, p[2] / length};
+}
+
+inline point3 cross(const point3& a, const point3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
+inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
+    const float s = 1 - t;
+    return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
+}
+
+}  // namespace detail
+
+inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target) {
+    detail::point3 back{};
+    for (std::size_t i = 0; i < 3; ++i) back[i] = static_cast<double>(position[i]) - static_cast<double>(target[i]);
+    LDI_ASSERT(back[0] != 0 || back[2] != 0);
+    back = detail::normalized(back);
+    const detail::point3 right = detail::normalized(detail::cross({0, 1, 0}, back));
+    const detail::point3 up = detail::cross(back, right);
+    view result;
+    result.camera = camera;
+    result.position = position;
+    for (std::size_t i = 0; i < 3; ++i) {
+        result.rotation[3 * i] = static_cast<float>(right[i]);
+        result.rotation[3 * i + 1] = static_cast<float>(up[i]);
+        result.rotation[3 * i + 2] = static_cast<float>(back[i]);
+    }
+    return result;
+}
+
+inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
+                         const path_options& options) {
+    if (!(options.movement >= 0 && options.movement <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
+        !(options.approach >= 0 && options.approach < 1))
+        raise(error_code::invalid_option, "path_options", "movement and focus in [0, 1], approach in [0, 1)",
+              std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
+                  std::to_string(options.approach));
+    const float focus = range.depth(options.focus_disparity);
+    const float longer = static_cast<float>(std::max(camera.width, camera.height));
+    // The farther of the two extremes from the focus, in disparity, moves by `movement`.
+    const float parallax = std::max(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
+                                    std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
+    const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
+    const float angle = 6.28318530718F * time;
+    const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const std::array<float, 3> target{0, 0, -focus};
+    switch (path) {
+        case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
+        case camera_path::swing: return look_at(camera, {radius * std::sin(angle), 0, 0}, target);
+        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, target);
+        case camera_path::dolly_zoom: break;
+    }
+    view result = look_at(camera, {0, 0, -forward}, target);
+    result.camera.focal_length *= (focus - forward) / focus;
+    return result;
+}
+
+inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
+    if (keys.empty()) raise(error_code::invalid_option, "key frames", "at least one", "none");
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", std::to_string(keys[i].zoom));
+        if (i > 0 && !(keys[i].time > keys[i - 1].time))
+            raise(error_code::invalid_option, "key frames", "times that rise",
+                  std::to_string(keys[i - 1].time) + ", then " + std::to_string(keys[i].time));
+    }
+    std::size_t i = 0;
+    while (i + 2 < keys.size() && time >= keys[i + 1].time) ++i;
+    const std::size_t next = std::min(i + 1, keys.size() - 1);
+    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(next + 1, keys.size() - 1);
+    const float duration = keys[next].time - keys[i].time;
+    const float t = duration > 0 ? std::clamp((time - keys[i].time) / duration, 0.0F, 1.0F) : 0.0F;
+    const auto slope = [&](std::size_t a, std::size_t b, auto&& value) {
+        return b > a ? (value(keys[b]) - value(keys[a])) / (keys[b].time - keys[a].time) * duration : 0.0F;
+    };
+    const auto interpolated = [&](auto&& value) {
+        return detail::cubic(value(keys[i]), value(keys[next]), slope(before, next, value), slope(i, after, value), t);
+    };
+    std::array<float, 3> position{}, target{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        position[c] = interpolated([c](const key_frame& k) { return k.position[c]; });
+        target[c] = interpolated([c](const key_frame& k) { return k.target[c]; });
+    }
+    view result = look_at(camera, position, target);
+    result.camera.focal_length *= std::exp(interpolated([](const key_frame& k) { return std::log(k.zoom); }));
+    return result;
+}
+
+inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
+    const float w = static_cast<float>(camera.width), h = static_cast<float>(camera.height);
+    // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
+    const auto sees_photo = [&](const view& v, float x, float y, float depth) {
+        const std::array<float, 3> ray =
+            v.direction_to_photo({(x - 0.5F * static_cast<float>(v.camera.width)),
+                                  (0.5F * static_cast<float>(v.camera.height) - y), -v.camera.focal_length});
+        if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
+        const float scale = (-depth - v.position[2]) / ray[2];
+        const std::array<float, 2> seen =
+            camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
+        return seen[0] >= -1e-3F * w && seen[0] <= 1.001F * w && seen[1] >= -1e-3F * h && seen[1] <= 1.001F * h;
+    };
+    const auto is_inside = [&](float size) {
+        for (const view& v : views)
+            for (const float x : {-1.0F, 1.0F})
+                for (const float y : {-1.0F, 1.0F})
+                    for (const float depth : {range.z_near, range.z_far})
+                        if (!sees_photo(v, 0.5F * static_cast<float>(v.camera.width) * (1 + size * x),
+                                        0.5F * static_cast<float>(v.camera.height) * (1 + size * y), depth))
+                            return false;
+        return true;
+    };
+    if (is_inside(1)) return 1;
+    float inside = 0, outside = 1;
+    for (int step = 0; step < 20; ++step) {
+        const float middle = 0.5F * (inside + outside);
+        (is_inside(middle) ? inside : outside) = middle;
+    }
+    return inside;
+}
+
+}  // namespace ldi
+
 // ---- ldi/render/detail/screen_triangles.hpp
 // Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
 // rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
@@ -12655,6 +12842,33 @@ struct screen_plane {
     }
     /// x, y  from the first vertex, in samples
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
+};
+
+/// Depth and texture coordinates at the samples of a triangle. Divided by depth, texture coordinates are affine on the screen
+/// too.
+class screen_values {
+public:
+    explicit screen_values(const screen_triangle& t)
+        : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
+          u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
+          v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
+          least_(std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          most_(std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
+          y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
+
+    /// Rounding in slivers does not leave the triangle's range of depths.
+    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
+    double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
+    double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
+
+private:
+    double at(const screen_plane& plane, std::int64_t x, std::int64_t y) const {
+        return plane.at(static_cast<double>(x) - x0_, static_cast<double>(y) - y0_);
+    }
+
+    screen_plane inverse_, u_, v_;
+    double least_, most_, x0_, y0_;
 };
 
 /// A vertex before projection: in the camera's axes.
@@ -12764,6 +12978,200 @@ private:
 
 }  // namespace ldi::detail
 
+// ---- ldi/render/detail/pixel_squares.hpp
+// The pixels of a layered image as squares of four triangles each, from the pixel's centre to its sides. Linked pixels share
+// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasteriser works in.
+
+namespace ldi::detail {
+
+/// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
+inline constexpr std::array<std::array<std::int32_t, 2>, 4> pixel_corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+inline constexpr std::array<side, 4> clockwise_sides{side::up, side::right, side::down, side::left};
+
+constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
+
+class pixel_squares {
+public:
+    pixel_squares(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                  std::int32_t samples, float z_near)
+        : graph_(layers.topology) {
+        if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
+            raise(error_code::mismatch, "camera of a layered image",
+                  std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
+                  std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
+        share_corners();
+        place(layers.column<disparity_column>(), taken_from, range, from, samples, z_near);
+    }
+
+    /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
+    bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
+
+    std::int64_t top(std::size_t pixel) const {
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::min(a, b); });
+    }
+    std::int64_t bottom(std::size_t pixel) const {
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+    }
+
+    /// Centre and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
+    /// the pixel.
+    screen_triangle triangle(std::int32_t pixel, side s) const {
+        const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
+        screen_triangle t{vertices_[i], vertices_[corner(i, first)], vertices_[corner(i, second)]};
+        t[0].u = t[0].v = 0.5;
+        t[1].u = pixel_corners[first][0], t[1].v = pixel_corners[first][1];
+        t[2].u = pixel_corners[second][0], t[2].v = pixel_corners[second][1];
+        return t;
+    }
+
+private:
+    std::size_t corner(std::size_t pixel, std::size_t c) const { return static_cast<std::size_t>(corner_of_[4 * pixel + c]); }
+
+    template <class Choose>
+    std::int64_t extreme(std::size_t pixel, Choose&& choose) const {
+        std::int64_t result = vertices_[pixel].y;
+        for (std::size_t c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
+        return result;
+    }
+
+    /// A link makes the two corners at either end of the common side one.
+    void share_corners() {
+        const std::size_t count = graph_.size();
+        disjoint_sets sets(4 * count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::int32_t here = static_cast<std::int32_t>(4 * i);
+            if (graph_.right[i] != no_pixel) {
+                sets.merge(here + 1, 4 * graph_.right[i]);
+                sets.merge(here + 2, 4 * graph_.right[i] + 3);
+            }
+            if (graph_.down[i] != no_pixel) {
+                sets.merge(here + 3, 4 * graph_.down[i]);
+                sets.merge(here + 2, 4 * graph_.down[i] + 1);
+            }
+        }
+        const std::int32_t corners = sets.number(corner_of_);
+        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centres come first
+        vertices_.resize(count + static_cast<std::size_t>(corners));
+    }
+
+    /// A corner has the mean disparity of the pixels that share it.
+    void place(const std::vector<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
+               std::int32_t samples, float z_near) {
+        const std::size_t count = graph_.size();
+        std::vector<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t c = 0; c < 4; ++c) {
+                sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
+                members[corner(i, c) - count] += 1;
+            }
+        const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
+        const relative_projection project(taken_from, from, samples, z_near);
+        std::vector<std::uint8_t> safe(vertices_.size(), 0);
+        const auto put = [&](std::size_t vertex, double x, double y, double d) {
+            const double inverse_depth = last + d * (first - last);
+            if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
+                raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
+                      std::to_string(d));
+            safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
+        };
+        std::vector<std::uint8_t> is_placed(sum.size(), 0);
+        drawn_.resize(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
+            bool all_safe = safe[i] != 0;
+            for (std::size_t c = 0; c < 4; ++c) {
+                const std::size_t vertex = corner(i, c), k = vertex - count;
+                if (is_placed[k] == 0)
+                    put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
+                is_placed[k] = 1;
+                all_safe = all_safe && safe[vertex] != 0;
+            }
+            drawn_[i] = all_safe ? 1 : 0;
+        }
+    }
+
+    /// From a pixel position of one view, and its depth, to the screen of another.
+    class relative_projection {
+    public:
+        relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
+            : z_near_(static_cast<double>(z_near)),
+              source_focal_(static_cast<double>(taken_from.camera.focal_length)),
+              source_x_(0.5 * taken_from.camera.width),
+              source_y_(0.5 * taken_from.camera.height),
+              focal_(static_cast<double>(from.camera.focal_length) * samples),
+              x_(0.5 * from.camera.width * samples),
+              y_(0.5 * from.camera.height * samples) {
+            std::array<double, 3> offset{};
+            for (std::size_t i = 0; i < 3; ++i)
+                offset[i] = static_cast<double>(taken_from.position[i]) - static_cast<double>(from.position[i]);
+            for (std::size_t i = 0; i < 3; ++i)
+                for (std::size_t j = 0; j < 3; ++j) {
+                    offset_[i] += static_cast<double>(from.rotation[3 * j + i]) * offset[j];
+                    for (std::size_t k = 0; k < 3; ++k)
+                        rotation_[3 * i + j] +=
+                            static_cast<double>(from.rotation[3 * k + i]) * static_cast<double>(taken_from.rotation[3 * k + j]);
+                }
+        }
+
+        bool operator()(double x, double y, double inverse_depth, screen_vertex& result) const {
+            const double depth = 1 / inverse_depth;
+            const std::array<double, 3> p{(x - source_x_) / source_focal_ * depth, (source_y_ - y) / source_focal_ * depth,
+                                          -depth};
+            std::array<double, 3> seen = offset_;
+            for (std::size_t i = 0; i < 3; ++i)
+                for (std::size_t j = 0; j < 3; ++j) seen[i] += rotation_[3 * i + j] * p[j];
+            if (!(-seen[2] >= z_near_)) return false;
+            result.inverse_depth = -1 / seen[2];
+            const double across = seen[0] * focal_ * result.inverse_depth, down = -seen[1] * focal_ * result.inverse_depth;
+            if (!(std::abs(across) <= guard_band && std::abs(down) <= guard_band)) return false;
+            result.x = std::llround((x_ + across) * static_cast<double>(subsample_steps));
+            result.y = std::llround((y_ + down) * static_cast<double>(subsample_steps));
+            return true;
+        }
+
+    private:
+        double z_near_, source_focal_, source_x_, source_y_, focal_, x_, y_;
+        std::array<double, 3> offset_{};
+        std::array<double, 9> rotation_{};
+    };
+
+    const graph& graph_;
+    std::vector<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
+    std::vector<screen_vertex> vertices_;  // the pixels' centres, then the corners
+    std::vector<std::uint8_t> drawn_;      // one a pixel
+};
+
+/// The colour at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centres of pixels that are
+/// linked around the corner and known alike.
+inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+    const graph& g = layers.topology;
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
+    const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
+    const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
+    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbour(from, s); };
+    const std::int32_t beside = step(pixel, across), below = step(pixel, along);
+    std::int32_t diagonal = step(beside, along);
+    if (diagonal == no_pixel) diagonal = step(below, across);
+    std::array<float, 3> sum{};
+    float total = 0;
+    const auto add = [&](std::int32_t other, float weight) {
+        if (other == no_pixel || known[static_cast<std::size_t>(other)] != known[static_cast<std::size_t>(pixel)]) return;
+        const auto colour = layers.at<colour_column>(other);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(colour[c]);
+        total += weight;
+    };
+    add(pixel, (1 - weight_x) * (1 - weight_y));
+    add(beside, weight_x * (1 - weight_y));
+    add(below, (1 - weight_x) * weight_y);
+    add(diagonal, weight_x * weight_y);
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>(sum[c] / total + 0.5F);
+    return result;
+}
+
+}  // namespace ldi::detail
+
 // ---- ldi/render/rasterizer.hpp
 // A software rasteriser: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
 // holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
@@ -12863,25 +13271,17 @@ struct sample_band {
         colour.assign(inverse_depth.size(), background);
     }
 
-    void draw(const screen_triangle& t, const image<std::uint8_t>& texture) {
-        const screen_plane inverse(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth);
-        // Divided by depth, texture coordinates are affine on the screen too.
-        const screen_plane u(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth);
-        const screen_plane v(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth);
-        const double least = std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
-        const double most = std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
-        const double steps = static_cast<double>(subsample_steps);
-        const double x0 = static_cast<double>(t[0].x) / steps - 0.5, y0 = static_cast<double>(t[0].y) / steps - 0.5;
+    /// shade(u, v)  the colour at texture coordinates
+    template <class Shade>
+    void draw(const screen_triangle& t, Shade&& shade) {
+        const screen_values values(t);
         for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            const double dy = static_cast<double>(y) - y0;
             std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
             for (std::int64_t x = first; x < last; ++x, ++i) {
-                const double dx = static_cast<double>(x) - x0;
-                // Rounding in slivers must not leave the triangle's range of depths.
-                const double here = std::clamp(inverse.at(dx, dy), least, most);
-                if (static_cast<float>(here) <= inverse_depth[i]) continue;
-                inverse_depth[i] = static_cast<float>(here);
-                colour[i] = bilinear(texture, u.at(dx, dy) / here, v.at(dx, dy) / here);
+                const float here = static_cast<float>(values.inverse_depth(x, y));
+                if (here <= inverse_depth[i]) continue;
+                inverse_depth[i] = here;
+                colour[i] = shade(values.u(x, y), values.v(x, y));
             }
         });
     }
@@ -12909,27 +13309,60 @@ struct sample_band {
     }
 };
 
-/// Lists, for every band, the triangles that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+struct vertical_extent {
+    std::int64_t top = 0, bottom = -1;
+};
+
+/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     std::vector<std::size_t> start;
     std::vector<std::size_t> list;
 
-    band_lists(const std::vector<screen_triangle>& triangles, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
-        const auto for_each_band = [&](const screen_triangle& t, auto&& visit) {
+    /// extent(i)  the vertical_extent of thing i, of `count`
+    template <class Extent>
+    band_lists(std::size_t count, Extent&& extent, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
+        const auto for_each_band = [&](std::size_t i, auto&& visit) {
             const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
-            const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
-            const std::int64_t first = std::max<std::int64_t>(floor_division(top, size), 0);
-            const std::int64_t last = std::min(floor_division(bottom, size), last_band);
+            const vertical_extent e = extent(i);
+            if (e.top > e.bottom) return;
+            const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
+            const std::int64_t last = std::min(floor_division(e.bottom, size), last_band);
             for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
         };
-        for (const screen_triangle& t : triangles) for_each_band(t, [&](std::size_t b) { ++start[b + 1]; });
+        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
         for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
         list.resize(start.back());
         std::vector<std::size_t> next = start;
-        for (std::size_t i = 0; i < triangles.size(); ++i)
-            for_each_band(triangles[i], [&](std::size_t b) { list[next[b]++] = i; });
+        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
     }
 };
+
+/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
+/// things.
+///
+/// extent(i)      the vertical_extent of thing i
+/// draw(i, band)  draws it
+template <executor Executor, class Extent, class Draw>
+rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
+                        Draw&& draw, Executor& threads) {
+    const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
+    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    const std::int64_t band_rows = 16 * options.samples;
+    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
+                       across = static_cast<std::int64_t>(w) * options.samples;
+    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
+    const band_lists lists(count, extent, bands, band_rows);
+    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t b = first; b < last; ++b) {
+            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
+            sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
+            band.resolve(options.samples, result);
+        }
+    });
+    return result;
+}
 
 }  // namespace detail
 
@@ -12943,21 +13376,377 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
     const detail::projection projection(from, options.samples, options.z_near);
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
 
-    const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
-    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
-    // Bands are the same for any number of threads, and each is drawn by one thread in the order of the triangles.
-    const std::int64_t band_rows = 16 * options.samples;
-    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
-                       across = static_cast<std::int64_t>(w) * options.samples;
-    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
-    const detail::band_lists lists(triangles, bands, band_rows);
+    return detail::draw_in_bands(
+        from.camera, options, triangles.size(),
+        [&](std::size_t i) {
+            const detail::screen_triangle& t = triangles[i];
+            return detail::vertical_extent{std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].y, t[1].y, t[2].y})};
+        },
+        [&](std::size_t i, detail::sample_band& band) {
+            band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
+        },
+        threads);
+}
+
+}  // namespace ldi
+
+// ---- ldi/render/micro_polygons.hpp
+// A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
+// is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+
+namespace ldi {
+
+/// Draws a layered image. Colours run smoothly over links, and are a pixel's own out to its edge where it has none; colours that
+/// are known and colours that are not never mix.
+///
+/// taken_from  the camera whose pixels these are; its size is the lattice's
+/// from        where the picture is to be drawn from
+///
+/// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
+/// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
+template <executor Executor>
+rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                        const raster_options& options, Executor& threads) {
+    detail::check_raster_options(from, options);
+    const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
+    return detail::draw_in_bands(
+        from.camera, options, layers.size(),
+        [&](std::size_t i) {
+            const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
+            return squares.is_drawn(i) ? e : detail::vertical_extent{};
+        },
+        [&](std::size_t i, detail::sample_band& band) {
+            const std::int32_t pixel = static_cast<std::int32_t>(i);
+            for (const side s : all_sides) {
+                detail::screen_triangle t = squares.triangle(pixel, s);
+                const std::int64_t area = detail::signed_area(t);
+                if (area == 0 || (area < 0 && !options.both_sides)) continue;
+                if (area < 0) std::swap(t[1], t[2]);
+                band.draw(t, [&](double u, double v) { return detail::colour_within_pixel(layers, pixel, u, v); });
+            }
+        },
+        threads);
+}
+
+inline rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                               const raster_options& options = {}) {
+    serial_executor serial;
+    return render_layers(layers, taken_from, range, from, options, serial);
+}
+
+}  // namespace ldi
+
+// ---- ldi/render/detail/surface_walk.hpp
+// Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
+// tells which of the surfaces at neighbouring pixels are one. In integers, by the same rule for edges as the rasteriser, so that
+// the two always agree.
+
+namespace ldi::detail {
+
+/// One of the four triangles of a pixel, named by the side that it reaches.
+struct surface_triangle {
+    std::int32_t pixel = no_pixel;
+    side outer = side::up;
+
+    bool operator==(const surface_triangle&) const = default;
+};
+
+/// Whether the sample belongs to the triangle, of positive area, as for_each_span has it.
+inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
+    const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
+        const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+        const std::int64_t inside = dx * (py - a.y) - dy * (px - a.x);
+        if (inside < 0 || (inside == 0 && !(dy < 0 || (dy == 0 && dx > 0)))) return false;
+    }
+    return true;
+}
+
+class surface_walk {
+public:
+    surface_walk(const graph& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
+
+    /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
+    /// holds that sample. No pixel if it ends, or folds back, before.
+    surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
+        const bool to_right = direction == side::right;
+        const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
+        // The rule for edges is that of a sample moved right by e and down by e^2, e > 0 and as small as need be. The line that
+        // is followed is moved likewise: it meets no corner, and corners exactly on it lie on one side.
+        const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
+        const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
+
+        screen_triangle t = squares_.triangle(from.pixel, from.outer);
+        const bool faces_us = signed_area(t) > 0;
+        // Of a clockwise triangle's edges, the right one leads down across the line, the left one up; the lower one leads left.
+        std::size_t exit = 3;
+        for (std::size_t e = 0; e < 3; ++e)
+            if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
+        while (true) {
+            const std::int64_t area = signed_area(t);
+            if (area != 0) {
+                if ((area > 0) != faces_us) return {};
+                const screen_triangle clockwise{t[0], t[faces_us ? 1 : 2], t[faces_us ? 2 : 1]};
+                if (holds_sample(clockwise, target_x, target_y)) return from;
+            }
+            const std::size_t entered = cross(from, exit);
+            if (from.pixel == no_pixel || !squares_.is_drawn(static_cast<std::size_t>(from.pixel))) return {};
+            t = squares_.triangle(from.pixel, from.outer);
+            for (std::size_t e = 0; e < 3; ++e)
+                if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
+        }
+    }
+
+private:
+    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's centre to a corner, 1 is the pixel's side. Returns the edge
+    /// by which the next triangle is entered.
+    std::size_t cross(surface_triangle& from, std::size_t edge) const {
+        if (edge == 1) {
+            from = {graph_.neighbour(from.pixel, from.outer), opposite(from.outer)};
+            return 1;
+        }
+        const std::size_t turn = edge == 0 ? 3 : 1;
+        from.outer = clockwise_sides[(clockwise_index(from.outer) + turn) % 4];
+        return edge == 0 ? 2 : 0;
+    }
+
+    const graph& graph_;
+    const pixel_squares& squares_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/render/peel.hpp
+// Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
+// camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
+
+#include <iterator>
+
+namespace ldi {
+
+struct peel_options {
+    float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
+    bool both_sides = true;  ///< false: surfaces seen from behind are left out
+};
+
+/// A layered image of the camera that it was peeled from.
+struct peeled_layers {
+    photo_layers layers;  ///< in canonical order
+    depth_range range;    ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
+};
+
+namespace detail {
+
+/// Where the ray through the centre of a pixel meets a surface.
+struct fragment {
+    std::size_t position;  ///< y * width + x on the screen
+    surface_triangle where;
+    double inverse_depth, u, v;  ///< u, v: on the pixel that `where` belongs to
+};
+
+/// The fragments of the rows [first_row, last_row), by position, then nearest first.
+inline std::vector<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
+                                       std::int64_t first_row, std::int64_t last_row, std::int64_t width, bool both_sides) {
+    std::vector<fragment> result;
+    for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
+        const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
+        for (const side s : all_sides) {
+            screen_triangle t = squares.triangle(pixel, s);
+            const std::int64_t area = signed_area(t);
+            if (area == 0 || (area < 0 && !both_sides)) continue;
+            if (area < 0) std::swap(t[1], t[2]);
+            const screen_values values(t);
+            for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+                for (std::int64_t x = first; x < last; ++x)
+                    result.push_back({static_cast<std::size_t>(y * width + x),
+                                      {pixel, s},
+                                      values.inverse_depth(x, y),
+                                      values.u(x, y),
+                                      values.v(x, y)});
+            });
+        }
+    }
+    std::sort(result.begin(), result.end(), [](const fragment& a, const fragment& b) {
+        if (a.position != b.position) return a.position < b.position;
+        if (a.inverse_depth != b.inverse_depth) return a.inverse_depth > b.inverse_depth;
+        return std::pair(a.where.pixel, a.where.outer) < std::pair(b.where.pixel, b.where.outer);
+    });
+    return result;
+}
+
+/// The range, widened to hold all fragments. Rounding alone does not widen it.
+inline depth_range range_of(const std::vector<fragment>& fragments, const depth_range& range) {
+    const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
+    double nearest = first, farthest = last;
+    for (const fragment& f : fragments)
+        nearest = std::max(nearest, f.inverse_depth), farthest = std::min(farthest, f.inverse_depth);
+    const double slack = 1e-5 * (first - last);
+    depth_range result = range;
+    if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
+    if (farthest < last - slack) result.z_far = static_cast<float>(1 / farthest);
+    return result;
+}
+
+}  // namespace detail
+
+/// Every surface that the ray through the centre of a pixel of `from` meets becomes a pixel there, any number of them at one
+/// position. Neighbours are linked where the surface leads from one to the other without a tear and without folding back, which
+/// is followed exactly: peeled from where it was taken, a layered image stays as it is.
+///
+/// taken_from  the camera whose pixels `layers` are; its size is the lattice's
+///
+/// Colours are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
+/// and too_large if there are 2^31 pixels or more.
+template <executor Executor>
+peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                   const peel_options& options, Executor& threads) {
+    raster_options raster;
+    raster.z_near = options.z_near;
+    detail::check_raster_options(from, raster);
+    const detail::pixel_squares squares(layers, taken_from, range, from, 1, options.z_near);
+    const std::int64_t w = from.camera.width, h = from.camera.height, band_rows = 16;
+    const std::size_t bands = static_cast<std::size_t>((h + band_rows - 1) / band_rows);
+    const detail::band_lists lists(
+        layers.size(),
+        [&](std::size_t i) {
+            return squares.is_drawn(i) ? detail::vertical_extent{squares.top(i), squares.bottom(i)} : detail::vertical_extent{};
+        },
+        bands, band_rows);
+    std::vector<std::vector<detail::fragment>> parts(bands);
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            detail::sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
-            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) band.draw(triangles[lists.list[i]], texture);
-            band.resolve(options.samples, result);
+            parts[b] = detail::peel_band(squares, lists, b, first_row, std::min(first_row + band_rows, h), w, options.both_sides);
         }
+    });
+    std::vector<detail::fragment> fragments;
+    for (std::vector<detail::fragment>& part : parts) {
+        fragments.insert(fragments.end(), part.begin(), part.end());
+        part = {};
+    }
+    const std::size_t count = fragments.size();
+    if (count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+        raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
+
+    peeled_layers result{photo_layers(), detail::range_of(fragments, range)};
+    graph& g = result.layers.topology;
+    g.width = from.camera.width, g.height = from.camera.height;
+    g.resize(count);
+    for (const side s : all_sides) std::fill(g.neighbours(s).begin(), g.neighbours(s).end(), no_pixel);
+    result.layers.resize_columns(count);
+    std::vector<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
+    for (const detail::fragment& f : fragments) ++start[f.position + 1];
+    for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
+
+    const double last = 1.0 / static_cast<double>(result.range.z_far);
+    const double span = 1.0 / static_cast<double>(result.range.z_near) - last;
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    parallel_for(threads, count, 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const detail::fragment& f = fragments[i];
+            g.x[i] = static_cast<std::int32_t>(f.position % static_cast<std::size_t>(w));
+            g.y[i] = static_cast<std::int32_t>(f.position / static_cast<std::size_t>(w));
+            result.layers.column<disparity_column>()[i] =
+                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
+            result.layers.column<known_column>()[i] = known[static_cast<std::size_t>(f.where.pixel)];
+            const std::array<std::uint8_t, 3> colour = detail::colour_within_pixel(layers, f.where.pixel, f.u, f.v);
+            std::copy(colour.begin(), colour.end(),
+                      result.layers.column<colour_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
+        }
+    });
+    const detail::surface_walk walk(layers.topology, squares);
+    for (std::size_t i = 0; i < count; ++i)
+        for (const side s : {side::right, side::down}) {
+            const std::int32_t x = g.x[i], y = g.y[i];
+            if (s == side::right ? x + 1 == g.width : y + 1 == g.height) continue;
+            const detail::surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
+            if (end.pixel == no_pixel) continue;
+            const std::size_t position = fragments[i].position + (s == side::right ? 1 : static_cast<std::size_t>(w));
+            std::size_t there = start[position];
+            while (there < start[position + 1] && fragments[there].where != end) ++there;
+            LDI_ASSERT(there < start[position + 1]);
+            g.link(static_cast<std::int32_t>(i), s, static_cast<std::int32_t>(there));
+        }
+    result.layers.reorder(canonical_order(g, result.layers.column<disparity_column>()));
+    return result;
+}
+
+inline peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                          const peel_options& options = {}) {
+    serial_executor serial;
+    return peel(layers, taken_from, range, from, options, serial);
+}
+
+}  // namespace ldi
+
+// ---- ldi/render/stereo.hpp
+// What renderings are put together to: pairs for two eyes, and depth maps.
+
+namespace ldi {
+
+/// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
+/// half the distance between two eyes for each.
+inline view beside(view from, float distance) {
+    const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
+    for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    return from;
+}
+
+/// The distance between two eyes at which surfaces at the ends of the range move against each other, from one eye to the other,
+/// by `share` of the picture's width. A thirtieth is comfortable to look at.
+inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
+    const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
+    return parallax > 0 ? share * static_cast<float>(camera.width) / parallax : 0.0F;
+}
+
+namespace detail {
+
+inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    if (left.shape() != right.shape() || channels(left) != 3)
+        raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
+              std::to_string(width(left)) + " x " + std::to_string(height(left)) + " x " + std::to_string(channels(left)) +
+                  " and " + std::to_string(width(right)) + " x " + std::to_string(height(right)) + " x " +
+                  std::to_string(channels(right)));
+}
+
+}  // namespace detail
+
+/// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
+inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    detail::check_pair(left, right);
+    const std::size_t values = 3 * width(left);
+    image<std::uint8_t> result = make_image<std::uint8_t>(height(left), 2 * width(left), 3);
+    for (std::size_t y = 0; y < height(left); ++y) {
+        std::copy_n(row(left, y), values, row(result, y));
+        std::copy_n(row(right, y), values, row(result, y) + values);
+    }
+    return result;
+}
+
+/// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
+/// keeps coloured things equally bright to both eyes; "half colour"), green and blue are the right picture's. Raises mismatch.
+inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    detail::check_pair(left, right);
+    image<std::uint8_t> result = right;
+    for (std::size_t i = 0; i < left.size(); i += 3) {
+        const unsigned red = left.data()[i], green = left.data()[i + 1], blue = left.data()[i + 2];
+        result.data()[i] = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
+    }
+    return result;
+}
+
+/// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
+/// 65,535 at the near end; 0 where nothing is.
+///
+/// depth  H x W x 1, infinity where nothing is
+inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
+    image<std::uint16_t> result = make_image<std::uint16_t>(height(depth), width(depth));
+    const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
+    std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {
+        if (!std::isfinite(z)) return std::uint16_t{0};
+        const float disparity = span > 0 ? std::clamp((1 / z - last) / span, 0.0F, 1.0F) : 0.0F;
+        return static_cast<std::uint16_t>(1 + std::lround(65534 * disparity));
     });
     return result;
 }

@@ -112,25 +112,17 @@ struct sample_band {
         colour.assign(inverse_depth.size(), background);
     }
 
-    void draw(const screen_triangle& t, const image<std::uint8_t>& texture) {
-        const screen_plane inverse(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth);
-        // Divided by depth, texture coordinates are affine on the screen too.
-        const screen_plane u(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth);
-        const screen_plane v(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth);
-        const double least = std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
-        const double most = std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth});
-        const double steps = static_cast<double>(subsample_steps);
-        const double x0 = static_cast<double>(t[0].x) / steps - 0.5, y0 = static_cast<double>(t[0].y) / steps - 0.5;
+    /// shade(u, v)  the colour at texture coordinates
+    template <class Shade>
+    void draw(const screen_triangle& t, Shade&& shade) {
+        const screen_values values(t);
         for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            const double dy = static_cast<double>(y) - y0;
             std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
             for (std::int64_t x = first; x < last; ++x, ++i) {
-                const double dx = static_cast<double>(x) - x0;
-                // Rounding in slivers must not leave the triangle's range of depths.
-                const double here = std::clamp(inverse.at(dx, dy), least, most);
-                if (static_cast<float>(here) <= inverse_depth[i]) continue;
-                inverse_depth[i] = static_cast<float>(here);
-                colour[i] = bilinear(texture, u.at(dx, dy) / here, v.at(dx, dy) / here);
+                const float here = static_cast<float>(values.inverse_depth(x, y));
+                if (here <= inverse_depth[i]) continue;
+                inverse_depth[i] = here;
+                colour[i] = shade(values.u(x, y), values.v(x, y));
             }
         });
     }
@@ -158,27 +150,60 @@ struct sample_band {
     }
 };
 
-/// Lists, for every band, the triangles that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+struct vertical_extent {
+    std::int64_t top = 0, bottom = -1;
+};
+
+/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     std::vector<std::size_t> start;
     std::vector<std::size_t> list;
 
-    band_lists(const std::vector<screen_triangle>& triangles, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
-        const auto for_each_band = [&](const screen_triangle& t, auto&& visit) {
+    /// extent(i)  the vertical_extent of thing i, of `count`
+    template <class Extent>
+    band_lists(std::size_t count, Extent&& extent, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
+        const auto for_each_band = [&](std::size_t i, auto&& visit) {
             const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
-            const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
-            const std::int64_t first = std::max<std::int64_t>(floor_division(top, size), 0);
-            const std::int64_t last = std::min(floor_division(bottom, size), last_band);
+            const vertical_extent e = extent(i);
+            if (e.top > e.bottom) return;
+            const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
+            const std::int64_t last = std::min(floor_division(e.bottom, size), last_band);
             for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
         };
-        for (const screen_triangle& t : triangles) for_each_band(t, [&](std::size_t b) { ++start[b + 1]; });
+        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
         for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
         list.resize(start.back());
         std::vector<std::size_t> next = start;
-        for (std::size_t i = 0; i < triangles.size(); ++i)
-            for_each_band(triangles[i], [&](std::size_t b) { list[next[b]++] = i; });
+        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
     }
 };
+
+/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
+/// things.
+///
+/// extent(i)      the vertical_extent of thing i
+/// draw(i, band)  draws it
+template <executor Executor, class Extent, class Draw>
+rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
+                        Draw&& draw, Executor& threads) {
+    const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
+    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    const std::int64_t band_rows = 16 * options.samples;
+    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
+                       across = static_cast<std::int64_t>(w) * options.samples;
+    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
+    const band_lists lists(count, extent, bands, band_rows);
+    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t b = first; b < last; ++b) {
+            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
+            sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
+            band.resolve(options.samples, result);
+        }
+    });
+    return result;
+}
 
 }  // namespace detail
 
@@ -192,23 +217,16 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
     const detail::projection projection(from, options.samples, options.z_near);
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
 
-    const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
-    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
-    // Bands are the same for any number of threads, and each is drawn by one thread in the order of the triangles.
-    const std::int64_t band_rows = 16 * options.samples;
-    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
-                       across = static_cast<std::int64_t>(w) * options.samples;
-    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
-    const detail::band_lists lists(triangles, bands, band_rows);
-    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t b = first; b < last; ++b) {
-            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            detail::sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
-            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) band.draw(triangles[lists.list[i]], texture);
-            band.resolve(options.samples, result);
-        }
-    });
-    return result;
+    return detail::draw_in_bands(
+        from.camera, options, triangles.size(),
+        [&](std::size_t i) {
+            const detail::screen_triangle& t = triangles[i];
+            return detail::vertical_extent{std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].y, t[1].y, t[2].y})};
+        },
+        [&](std::size_t i, detail::sample_band& band) {
+            band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
+        },
+        threads);
 }
 
 }  // namespace ldi

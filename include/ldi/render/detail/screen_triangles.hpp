@@ -78,6 +78,33 @@ struct screen_plane {
     double at(double x, double y) const { return value + per_x * x + per_y * y; }
 };
 
+/// Depth and texture coordinates at the samples of a triangle. Divided by depth, texture coordinates are affine on the screen
+/// too.
+class screen_values {
+public:
+    explicit screen_values(const screen_triangle& t)
+        : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
+          u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
+          v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
+          least_(std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          most_(std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
+          y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
+
+    /// Rounding in slivers does not leave the triangle's range of depths.
+    double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
+    double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
+    double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
+
+private:
+    double at(const screen_plane& plane, std::int64_t x, std::int64_t y) const {
+        return plane.at(static_cast<double>(x) - x0_, static_cast<double>(y) - y0_);
+    }
+
+    screen_plane inverse_, u_, v_;
+    double least_, most_, x0_, y0_;
+};
+
 /// A vertex before projection: in the camera's axes.
 struct camera_vertex {
     std::array<double, 3> position;

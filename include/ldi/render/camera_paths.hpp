@@ -1,0 +1,199 @@
+// Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
+// the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+#include <ldi/core/error.hpp>
+#include <ldi/render/camera.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ldi {
+
+enum class camera_path : std::uint8_t {
+    circle,      ///< round the photo's place, within its image plane, clockwise from the right; ends where it starts
+    swing,       ///< from the photo's place to the right, to the left and back
+    zoom_in,     ///< from the photo's place towards the scene
+    dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
+};
+
+struct path_options {
+    /// How far the nearest surface moves against what is in focus, at most, as a share of the photo's longer side.
+    float movement = 0.04F;
+    /// What stays in its place, in [0, 1].
+    float focus_disparity = 0.5F;
+    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes; below 1.
+    float approach = 0.3F;
+};
+
+/// A camera that looks from one point at another, its picture's vertical upright in the photo. The points differ, and not in
+/// height alone.
+view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
+
+/// Where a path has led at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
+                  const path_options& options = {});
+
+/// A place on a path of one's own.
+struct key_frame {
+    float time = 0;                          ///< rises from each key frame to the next
+    std::array<float, 3> position{0, 0, 0};  ///< of the camera, in the photo's space (core/camera.hpp)
+    std::array<float, 3> target{0, 0, -1};   ///< that the camera looks at
+    float zoom = 1;                          ///< above 0: multiplies the photo's focal length
+};
+
+/// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
+/// neighbours (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
+/// do not rise, or a zoom is not above 0.
+view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
+
+/// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
+/// photo's border, whatever lies there between disparity 0 and 1: its size over the photo's, in [0, 1]. The frame that hides the
+/// border.
+float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range);
+
+/// The same view through a frame: what is in the middle `size` of its picture, at as many pixels.
+inline view framed(view from, float size) {
+    LDI_ASSERT(size > 0);
+    from.camera.focal_length /= size;
+    return from;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------------
+
+namespace detail {
+
+using point3 = std::array<double, 3>;
+
+inline point3 normalized(const point3& p) {
+    const double length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    return {p[0] / length, p[1] / length, p[2] / length};
+}
+
+inline point3 cross(const point3& a, const point3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
+inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
+    const float s = 1 - t;
+    return s * s * (1 + 2 * t) * first + t * t * (1 + 2 * s) * last + t * s * (s * slope_first - t * slope_last);
+}
+
+}  // namespace detail
+
+inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target) {
+    detail::point3 back{};
+    for (std::size_t i = 0; i < 3; ++i) back[i] = static_cast<double>(position[i]) - static_cast<double>(target[i]);
+    LDI_ASSERT(back[0] != 0 || back[2] != 0);
+    back = detail::normalized(back);
+    const detail::point3 right = detail::normalized(detail::cross({0, 1, 0}, back));
+    const detail::point3 up = detail::cross(back, right);
+    view result;
+    result.camera = camera;
+    result.position = position;
+    for (std::size_t i = 0; i < 3; ++i) {
+        result.rotation[3 * i] = static_cast<float>(right[i]);
+        result.rotation[3 * i + 1] = static_cast<float>(up[i]);
+        result.rotation[3 * i + 2] = static_cast<float>(back[i]);
+    }
+    return result;
+}
+
+inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
+                         const path_options& options) {
+    if (!(options.movement >= 0 && options.movement <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
+        !(options.approach >= 0 && options.approach < 1))
+        raise(error_code::invalid_option, "path_options", "movement and focus in [0, 1], approach in [0, 1)",
+              std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
+                  std::to_string(options.approach));
+    const float focus = range.depth(options.focus_disparity);
+    const float longer = static_cast<float>(std::max(camera.width, camera.height));
+    // The farther of the two extremes from the focus, in disparity, moves by `movement`.
+    const float parallax = std::max(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
+                                    std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
+    const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
+    const float angle = 6.28318530718F * time;
+    const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const std::array<float, 3> target{0, 0, -focus};
+    switch (path) {
+        case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
+        case camera_path::swing: return look_at(camera, {radius * std::sin(angle), 0, 0}, target);
+        case camera_path::zoom_in: return look_at(camera, {0, 0, -forward}, target);
+        case camera_path::dolly_zoom: break;
+    }
+    view result = look_at(camera, {0, 0, -forward}, target);
+    result.camera.focal_length *= (focus - forward) / focus;
+    return result;
+}
+
+inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
+    if (keys.empty()) raise(error_code::invalid_option, "key frames", "at least one", "none");
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", std::to_string(keys[i].zoom));
+        if (i > 0 && !(keys[i].time > keys[i - 1].time))
+            raise(error_code::invalid_option, "key frames", "times that rise",
+                  std::to_string(keys[i - 1].time) + ", then " + std::to_string(keys[i].time));
+    }
+    std::size_t i = 0;
+    while (i + 2 < keys.size() && time >= keys[i + 1].time) ++i;
+    const std::size_t next = std::min(i + 1, keys.size() - 1);
+    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(next + 1, keys.size() - 1);
+    const float duration = keys[next].time - keys[i].time;
+    const float t = duration > 0 ? std::clamp((time - keys[i].time) / duration, 0.0F, 1.0F) : 0.0F;
+    const auto slope = [&](std::size_t a, std::size_t b, auto&& value) {
+        return b > a ? (value(keys[b]) - value(keys[a])) / (keys[b].time - keys[a].time) * duration : 0.0F;
+    };
+    const auto interpolated = [&](auto&& value) {
+        return detail::cubic(value(keys[i]), value(keys[next]), slope(before, next, value), slope(i, after, value), t);
+    };
+    std::array<float, 3> position{}, target{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        position[c] = interpolated([c](const key_frame& k) { return k.position[c]; });
+        target[c] = interpolated([c](const key_frame& k) { return k.target[c]; });
+    }
+    view result = look_at(camera, position, target);
+    result.camera.focal_length *= std::exp(interpolated([](const key_frame& k) { return std::log(k.zoom); }));
+    return result;
+}
+
+inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
+    const float w = static_cast<float>(camera.width), h = static_cast<float>(camera.height);
+    // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
+    const auto sees_photo = [&](const view& v, float x, float y, float depth) {
+        const std::array<float, 3> ray =
+            v.direction_to_photo({(x - 0.5F * static_cast<float>(v.camera.width)),
+                                  (0.5F * static_cast<float>(v.camera.height) - y), -v.camera.focal_length});
+        if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
+        const float scale = (-depth - v.position[2]) / ray[2];
+        const std::array<float, 2> seen =
+            camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
+        return seen[0] >= -1e-3F * w && seen[0] <= 1.001F * w && seen[1] >= -1e-3F * h && seen[1] <= 1.001F * h;
+    };
+    const auto is_inside = [&](float size) {
+        for (const view& v : views)
+            for (const float x : {-1.0F, 1.0F})
+                for (const float y : {-1.0F, 1.0F})
+                    for (const float depth : {range.z_near, range.z_far})
+                        if (!sees_photo(v, 0.5F * static_cast<float>(v.camera.width) * (1 + size * x),
+                                        0.5F * static_cast<float>(v.camera.height) * (1 + size * y), depth))
+                            return false;
+        return true;
+    };
+    if (is_inside(1)) return 1;
+    float inside = 0, outside = 1;
+    for (int step = 0; step < 20; ++step) {
+        const float middle = 0.5F * (inside + outside);
+        (is_inside(middle) ? inside : outside) = middle;
+    }
+    return inside;
+}
+
+}  // namespace ldi

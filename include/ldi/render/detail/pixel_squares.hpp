@@ -1,0 +1,209 @@
+// The pixels of a layered image as squares of four triangles each, from the pixel's centre to its sides. Linked pixels share
+// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasteriser works in.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+#include <ldi/core/detail/disjoint_sets.hpp>
+#include <ldi/core/error.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/render/camera.hpp>
+#include <ldi/render/detail/screen_triangles.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ldi::detail {
+
+/// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
+inline constexpr std::array<std::array<std::int32_t, 2>, 4> pixel_corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+inline constexpr std::array<side, 4> clockwise_sides{side::up, side::right, side::down, side::left};
+
+constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
+
+class pixel_squares {
+public:
+    pixel_squares(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                  std::int32_t samples, float z_near)
+        : graph_(layers.topology) {
+        if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
+            raise(error_code::mismatch, "camera of a layered image",
+                  std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
+                  std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
+        share_corners();
+        place(layers.column<disparity_column>(), taken_from, range, from, samples, z_near);
+    }
+
+    /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
+    bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
+
+    std::int64_t top(std::size_t pixel) const {
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::min(a, b); });
+    }
+    std::int64_t bottom(std::size_t pixel) const {
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+    }
+
+    /// Centre and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
+    /// the pixel.
+    screen_triangle triangle(std::int32_t pixel, side s) const {
+        const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
+        screen_triangle t{vertices_[i], vertices_[corner(i, first)], vertices_[corner(i, second)]};
+        t[0].u = t[0].v = 0.5;
+        t[1].u = pixel_corners[first][0], t[1].v = pixel_corners[first][1];
+        t[2].u = pixel_corners[second][0], t[2].v = pixel_corners[second][1];
+        return t;
+    }
+
+private:
+    std::size_t corner(std::size_t pixel, std::size_t c) const { return static_cast<std::size_t>(corner_of_[4 * pixel + c]); }
+
+    template <class Choose>
+    std::int64_t extreme(std::size_t pixel, Choose&& choose) const {
+        std::int64_t result = vertices_[pixel].y;
+        for (std::size_t c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
+        return result;
+    }
+
+    /// A link makes the two corners at either end of the common side one.
+    void share_corners() {
+        const std::size_t count = graph_.size();
+        disjoint_sets sets(4 * count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::int32_t here = static_cast<std::int32_t>(4 * i);
+            if (graph_.right[i] != no_pixel) {
+                sets.merge(here + 1, 4 * graph_.right[i]);
+                sets.merge(here + 2, 4 * graph_.right[i] + 3);
+            }
+            if (graph_.down[i] != no_pixel) {
+                sets.merge(here + 3, 4 * graph_.down[i]);
+                sets.merge(here + 2, 4 * graph_.down[i] + 1);
+            }
+        }
+        const std::int32_t corners = sets.number(corner_of_);
+        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centres come first
+        vertices_.resize(count + static_cast<std::size_t>(corners));
+    }
+
+    /// A corner has the mean disparity of the pixels that share it.
+    void place(const std::vector<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
+               std::int32_t samples, float z_near) {
+        const std::size_t count = graph_.size();
+        std::vector<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t c = 0; c < 4; ++c) {
+                sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
+                members[corner(i, c) - count] += 1;
+            }
+        const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
+        const relative_projection project(taken_from, from, samples, z_near);
+        std::vector<std::uint8_t> safe(vertices_.size(), 0);
+        const auto put = [&](std::size_t vertex, double x, double y, double d) {
+            const double inverse_depth = last + d * (first - last);
+            if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
+                raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
+                      std::to_string(d));
+            safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
+        };
+        std::vector<std::uint8_t> is_placed(sum.size(), 0);
+        drawn_.resize(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
+            bool all_safe = safe[i] != 0;
+            for (std::size_t c = 0; c < 4; ++c) {
+                const std::size_t vertex = corner(i, c), k = vertex - count;
+                if (is_placed[k] == 0)
+                    put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
+                is_placed[k] = 1;
+                all_safe = all_safe && safe[vertex] != 0;
+            }
+            drawn_[i] = all_safe ? 1 : 0;
+        }
+    }
+
+    /// From a pixel position of one view, and its depth, to the screen of another.
+    class relative_projection {
+    public:
+        relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
+            : z_near_(static_cast<double>(z_near)),
+              source_focal_(static_cast<double>(taken_from.camera.focal_length)),
+              source_x_(0.5 * taken_from.camera.width),
+              source_y_(0.5 * taken_from.camera.height),
+              focal_(static_cast<double>(from.camera.focal_length) * samples),
+              x_(0.5 * from.camera.width * samples),
+              y_(0.5 * from.camera.height * samples) {
+            std::array<double, 3> offset{};
+            for (std::size_t i = 0; i < 3; ++i)
+                offset[i] = static_cast<double>(taken_from.position[i]) - static_cast<double>(from.position[i]);
+            for (std::size_t i = 0; i < 3; ++i)
+                for (std::size_t j = 0; j < 3; ++j) {
+                    offset_[i] += static_cast<double>(from.rotation[3 * j + i]) * offset[j];
+                    for (std::size_t k = 0; k < 3; ++k)
+                        rotation_[3 * i + j] +=
+                            static_cast<double>(from.rotation[3 * k + i]) * static_cast<double>(taken_from.rotation[3 * k + j]);
+                }
+        }
+
+        bool operator()(double x, double y, double inverse_depth, screen_vertex& result) const {
+            const double depth = 1 / inverse_depth;
+            const std::array<double, 3> p{(x - source_x_) / source_focal_ * depth, (source_y_ - y) / source_focal_ * depth,
+                                          -depth};
+            std::array<double, 3> seen = offset_;
+            for (std::size_t i = 0; i < 3; ++i)
+                for (std::size_t j = 0; j < 3; ++j) seen[i] += rotation_[3 * i + j] * p[j];
+            if (!(-seen[2] >= z_near_)) return false;
+            result.inverse_depth = -1 / seen[2];
+            const double across = seen[0] * focal_ * result.inverse_depth, down = -seen[1] * focal_ * result.inverse_depth;
+            if (!(std::abs(across) <= guard_band && std::abs(down) <= guard_band)) return false;
+            result.x = std::llround((x_ + across) * static_cast<double>(subsample_steps));
+            result.y = std::llround((y_ + down) * static_cast<double>(subsample_steps));
+            return true;
+        }
+
+    private:
+        double z_near_, source_focal_, source_x_, source_y_, focal_, x_, y_;
+        std::array<double, 3> offset_{};
+        std::array<double, 9> rotation_{};
+    };
+
+    const graph& graph_;
+    std::vector<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
+    std::vector<screen_vertex> vertices_;  // the pixels' centres, then the corners
+    std::vector<std::uint8_t> drawn_;      // one a pixel
+};
+
+/// The colour at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centres of pixels that are
+/// linked around the corner and known alike.
+inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+    const graph& g = layers.topology;
+    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
+    const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
+    const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
+    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbour(from, s); };
+    const std::int32_t beside = step(pixel, across), below = step(pixel, along);
+    std::int32_t diagonal = step(beside, along);
+    if (diagonal == no_pixel) diagonal = step(below, across);
+    std::array<float, 3> sum{};
+    float total = 0;
+    const auto add = [&](std::int32_t other, float weight) {
+        if (other == no_pixel || known[static_cast<std::size_t>(other)] != known[static_cast<std::size_t>(pixel)]) return;
+        const auto colour = layers.at<colour_column>(other);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(colour[c]);
+        total += weight;
+    };
+    add(pixel, (1 - weight_x) * (1 - weight_y));
+    add(beside, weight_x * (1 - weight_y));
+    add(below, (1 - weight_x) * weight_y);
+    add(diagonal, weight_x * weight_y);
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>(sum[c] / total + 0.5F);
+    return result;
+}
+
+}  // namespace ldi::detail

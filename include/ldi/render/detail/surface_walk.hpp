@@ -1,0 +1,87 @@
+// Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
+// tells which of the surfaces at neighbouring pixels are one. In integers, by the same rule for edges as the rasteriser, so that
+// the two always agree.
+#pragma once
+
+#include <ldi/core/graph.hpp>
+#include <ldi/render/detail/pixel_squares.hpp>
+#include <ldi/render/detail/screen_triangles.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::detail {
+
+/// One of the four triangles of a pixel, named by the side that it reaches.
+struct surface_triangle {
+    std::int32_t pixel = no_pixel;
+    side outer = side::up;
+
+    bool operator==(const surface_triangle&) const = default;
+};
+
+/// Whether the sample belongs to the triangle, of positive area, as for_each_span has it.
+inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t y) {
+    const std::int64_t px = x * subsample_steps + subsample_steps / 2, py = y * subsample_steps + subsample_steps / 2;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const screen_vertex &a = t[i], &b = t[(i + 1) % 3];
+        const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
+        const std::int64_t inside = dx * (py - a.y) - dy * (px - a.x);
+        if (inside < 0 || (inside == 0 && !(dy < 0 || (dy == 0 && dx > 0)))) return false;
+    }
+    return true;
+}
+
+class surface_walk {
+public:
+    surface_walk(const graph& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
+
+    /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
+    /// holds that sample. No pixel if it ends, or folds back, before.
+    surface_triangle one_sample(surface_triangle from, std::int64_t x, std::int64_t y, side direction) const {
+        const bool to_right = direction == side::right;
+        const std::int64_t target_x = x + (to_right ? 1 : 0), target_y = y + (to_right ? 0 : 1);
+        // The rule for edges is that of a sample moved right by e and down by e^2, e > 0 and as small as need be. The line that
+        // is followed is moved likewise: it meets no corner, and corners exactly on it lie on one side.
+        const std::int64_t line = (to_right ? y : x) * subsample_steps + subsample_steps / 2;
+        const auto before_line = [&](const screen_vertex& v) { return (to_right ? v.y : v.x) <= line; };
+
+        screen_triangle t = squares_.triangle(from.pixel, from.outer);
+        const bool faces_us = signed_area(t) > 0;
+        // Of a clockwise triangle's edges, the right one leads down across the line, the left one up; the lower one leads left.
+        std::size_t exit = 3;
+        for (std::size_t e = 0; e < 3; ++e)
+            if (before_line(t[e]) != before_line(t[(e + 1) % 3]) && before_line(t[e]) == (to_right == faces_us)) exit = e;
+        while (true) {
+            const std::int64_t area = signed_area(t);
+            if (area != 0) {
+                if ((area > 0) != faces_us) return {};
+                const screen_triangle clockwise{t[0], t[faces_us ? 1 : 2], t[faces_us ? 2 : 1]};
+                if (holds_sample(clockwise, target_x, target_y)) return from;
+            }
+            const std::size_t entered = cross(from, exit);
+            if (from.pixel == no_pixel || !squares_.is_drawn(static_cast<std::size_t>(from.pixel))) return {};
+            t = squares_.triangle(from.pixel, from.outer);
+            for (std::size_t e = 0; e < 3; ++e)
+                if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
+        }
+    }
+
+private:
+    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's centre to a corner, 1 is the pixel's side. Returns the edge
+    /// by which the next triangle is entered.
+    std::size_t cross(surface_triangle& from, std::size_t edge) const {
+        if (edge == 1) {
+            from = {graph_.neighbour(from.pixel, from.outer), opposite(from.outer)};
+            return 1;
+        }
+        const std::size_t turn = edge == 0 ? 3 : 1;
+        from.outer = clockwise_sides[(clockwise_index(from.outer) + turn) % 4];
+        return edge == 0 ? 2 : 0;
+    }
+
+    const graph& graph_;
+    const pixel_squares& squares_;
+};
+
+}  // namespace ldi::detail

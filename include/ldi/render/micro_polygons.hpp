@@ -1,0 +1,57 @@
+// A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
+// is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/executor.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/render/camera.hpp>
+#include <ldi/render/detail/pixel_squares.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ldi {
+
+/// Draws a layered image. Colours run smoothly over links, and are a pixel's own out to its edge where it has none; colours that
+/// are known and colours that are not never mix.
+///
+/// taken_from  the camera whose pixels these are; its size is the lattice's
+/// from        where the picture is to be drawn from
+///
+/// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
+/// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
+template <executor Executor>
+rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                        const raster_options& options, Executor& threads) {
+    detail::check_raster_options(from, options);
+    const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
+    return detail::draw_in_bands(
+        from.camera, options, layers.size(),
+        [&](std::size_t i) {
+            const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
+            return squares.is_drawn(i) ? e : detail::vertical_extent{};
+        },
+        [&](std::size_t i, detail::sample_band& band) {
+            const std::int32_t pixel = static_cast<std::int32_t>(i);
+            for (const side s : all_sides) {
+                detail::screen_triangle t = squares.triangle(pixel, s);
+                const std::int64_t area = detail::signed_area(t);
+                if (area == 0 || (area < 0 && !options.both_sides)) continue;
+                if (area < 0) std::swap(t[1], t[2]);
+                band.draw(t, [&](double u, double v) { return detail::colour_within_pixel(layers, pixel, u, v); });
+            }
+        },
+        threads);
+}
+
+inline rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+                               const raster_options& options = {}) {
+    serial_executor serial;
+    return render_layers(layers, taken_from, range, from, options, serial);
+}
+
+}  // namespace ldi

@@ -1,0 +1,83 @@
+// What renderings are put together to: pairs for two eyes, and depth maps.
+#pragma once
+
+#include <ldi/core/camera.hpp>
+#include <ldi/core/error.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/render/camera.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi {
+
+/// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
+/// half the distance between two eyes for each.
+inline view beside(view from, float distance) {
+    const std::array<float, 3> step = from.direction_to_photo({distance, 0, 0});
+    for (std::size_t i = 0; i < 3; ++i) from.position[i] += step[i];
+    return from;
+}
+
+/// The distance between two eyes at which surfaces at the ends of the range move against each other, from one eye to the other,
+/// by `share` of the picture's width. A thirtieth is comfortable to look at.
+inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
+    const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
+    return parallax > 0 ? share * static_cast<float>(camera.width) / parallax : 0.0F;
+}
+
+namespace detail {
+
+inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    if (left.shape() != right.shape() || channels(left) != 3)
+        raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
+              std::to_string(width(left)) + " x " + std::to_string(height(left)) + " x " + std::to_string(channels(left)) +
+                  " and " + std::to_string(width(right)) + " x " + std::to_string(height(right)) + " x " +
+                  std::to_string(channels(right)));
+}
+
+}  // namespace detail
+
+/// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
+inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    detail::check_pair(left, right);
+    const std::size_t values = 3 * width(left);
+    image<std::uint8_t> result = make_image<std::uint8_t>(height(left), 2 * width(left), 3);
+    for (std::size_t y = 0; y < height(left); ++y) {
+        std::copy_n(row(left, y), values, row(result, y));
+        std::copy_n(row(right, y), values, row(result, y) + values);
+    }
+    return result;
+}
+
+/// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
+/// keeps coloured things equally bright to both eyes; "half colour"), green and blue are the right picture's. Raises mismatch.
+inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+    detail::check_pair(left, right);
+    image<std::uint8_t> result = right;
+    for (std::size_t i = 0; i < left.size(); i += 3) {
+        const unsigned red = left.data()[i], green = left.data()[i + 1], blue = left.data()[i + 2];
+        result.data()[i] = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
+    }
+    return result;
+}
+
+/// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
+/// 65,535 at the near end; 0 where nothing is.
+///
+/// depth  H x W x 1, infinity where nothing is
+inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
+    image<std::uint16_t> result = make_image<std::uint16_t>(height(depth), width(depth));
+    const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
+    std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {
+        if (!std::isfinite(z)) return std::uint16_t{0};
+        const float disparity = span > 0 ? std::clamp((1 / z - last) / span, 0.0F, 1.0F) : 0.0F;
+        return static_cast<std::uint16_t>(1 + std::lround(65534 * disparity));
+    });
+    return result;
+}
+
+}  // namespace ldi

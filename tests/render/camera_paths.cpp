@@ -1,0 +1,150 @@
+#include <ldi/render/camera_paths.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+using namespace ldi;
+
+namespace {
+
+const pinhole_camera camera{300, 400, 350};
+const depth_range range{1.5F, 12};
+const float focus = range.depth(0.5F);
+
+void check_same(const view& a, const view& b) {
+    CHECK(a.camera.focal_length == Approx(b.camera.focal_length).epsilon(1e-5));
+    for (std::size_t i = 0; i < 3; ++i) CHECK(a.position[i] == Approx(b.position[i]).margin(1e-5));
+    for (std::size_t i = 0; i < 9; ++i) CHECK(a.rotation[i] == Approx(b.rotation[i]).margin(1e-5));
+}
+
+view photo_view() {
+    view v;
+    v.camera = camera;
+    return v;
+}
+
+std::array<float, 2> seen(const view& v, const std::array<float, 3>& point) { return v.camera.project(v.to_camera(point)); }
+
+}  // namespace
+
+TEST_CASE("paths start and end where they should") {
+    const auto at = [](camera_path path, float time) { return view_on_path(path, camera, range, time); };
+    check_same(at(camera_path::swing, 0), photo_view());
+    check_same(at(camera_path::swing, 0.5F), photo_view());
+    check_same(at(camera_path::swing, 1), photo_view());
+    check_same(at(camera_path::circle, 0), at(camera_path::circle, 1));
+    check_same(at(camera_path::zoom_in, 0), photo_view());
+    check_same(at(camera_path::dolly_zoom, 0), photo_view());
+    CHECK(at(camera_path::swing, 0.25F).position[0] > 0);
+    CHECK(at(camera_path::swing, 0.75F).position[0] == Approx(-at(camera_path::swing, 0.25F).position[0]));
+    CHECK(at(camera_path::zoom_in, 1).position[2] == Approx(-0.3F * range.z_near));
+    CHECK(at(camera_path::zoom_in, 1).camera.focal_length == Approx(camera.focal_length));
+}
+
+TEST_CASE("on every path what is in focus stays in the middle") {
+    for (const camera_path path : {camera_path::circle, camera_path::swing, camera_path::zoom_in, camera_path::dolly_zoom})
+        for (float time = 0; time <= 1; time += 0.1F) {
+            const std::array<float, 2> middle = seen(view_on_path(path, camera, range, time), {0, 0, -focus});
+            CHECK(middle[0] == Approx(150).margin(0.01));
+            CHECK(middle[1] == Approx(200).margin(0.01));
+        }
+}
+
+TEST_CASE("the nearest and the farthest surface move by what is asked for, and no more") {
+    path_options options;
+    options.movement = 0.05F;
+    float largest = 0;
+    for (float time = 0; time < 1; time += 0.02F) {
+        const view v = view_on_path(camera_path::circle, camera, range, time, options);
+        for (const float depth : {range.z_near, range.z_far}) {
+            const std::array<float, 2> moved = seen(v, {0, 0, -depth});
+            largest = std::max(largest, std::hypot(moved[0] - 150, moved[1] - 200));
+        }
+        CHECK(std::hypot(v.position[0], v.position[1]) > 0);
+    }
+    CHECK(largest == Approx(0.05F * 400).epsilon(0.03));
+}
+
+TEST_CASE("a dolly zoom keeps the size of what is in focus while the background grows smaller") {
+    const view end = view_on_path(camera_path::dolly_zoom, camera, range, 1);
+    CHECK(seen(end, {0.5F, 0, -focus})[0] == Approx(seen(photo_view(), {0.5F, 0, -focus})[0]));
+    CHECK(seen(end, {0.5F, 0, -range.z_far})[0] < seen(photo_view(), {0.5F, 0, -range.z_far})[0]);
+    CHECK(seen(end, {0.2F, 0, -range.z_near})[0] > seen(photo_view(), {0.2F, 0, -range.z_near})[0]);
+}
+
+TEST_CASE("a path of one's own passes through its key frames, smoothly, and rests outside them") {
+    const std::vector<key_frame> keys{{0, {0, 0, 0}, {0, 0, -3}, 1},
+                                      {0.3F, {0.2F, 0.1F, -0.1F}, {0.1F, 0, -3}, 1.5F},
+                                      {0.5F, {-0.2F, 0.3F, 0.1F}, {0, 0.2F, -2}, 0.8F},
+                                      {1, {0, 0, 0.2F}, {0, 0, -3}, 1}};
+    for (const key_frame& key : keys) {
+        view expected = look_at(camera, key.position, key.target);
+        expected.camera.focal_length = camera.focal_length * key.zoom;
+        check_same(view_between(keys, camera, key.time), expected);
+    }
+    check_same(view_between(keys, camera, -1), view_between(keys, camera, 0));
+    check_same(view_between(keys, camera, 2), view_between(keys, camera, 1));
+    for (float time = 0.01F; time < 0.98F; time += 0.01F) {  // no jump, and no jump in speed
+        const auto x = [&](float t) { return view_between(keys, camera, t).position[0]; };
+        CHECK(std::abs(x(time + 0.002F) - 2 * x(time + 0.001F) + x(time)) < 1e-4F);
+    }
+    check_same(view_between(std::vector<key_frame>{keys[1]}, camera, 0.7F), view_between(keys, camera, 0.3F));
+}
+
+TEST_CASE("a camera that looks at a point has it in the middle and is upright") {
+    std::mt19937 engine(4);
+    const auto any = [&] { return static_cast<float>(engine()) * 0x1.0p-31F - 1; };
+    for (int trial = 0; trial < 200; ++trial) {
+        const std::array<float, 3> position{any(), any(), any()}, target{any(), any(), -3 + any()};
+        const view v = look_at(camera, position, target);
+        const std::array<float, 2> middle = seen(v, target);
+        CHECK(middle[0] == Approx(150).margin(0.01));
+        CHECK(middle[1] == Approx(200).margin(0.01));
+        CHECK(v.rotation[3] == Approx(0).margin(1e-6));  // the picture's horizontal is level
+        const std::array<float, 3> up = v.direction_to_photo({0, 1, 0});
+        CHECK(up[1] > 0);
+    }
+}
+
+TEST_CASE("inside its frame no view sees past the photo's border") {
+    std::vector<view> views;
+    for (float time = 0; time < 1; time += 0.05F) views.push_back(view_on_path(camera_path::circle, camera, range, time));
+    const float size = frame_within(views, camera, range);
+    CHECK(size > 0.8F);
+    CHECK(size < 0.97F);
+    std::mt19937 engine(9);
+    const auto share = [&] { return static_cast<float>(engine()) * 0x1.0p-32F; };
+    for (int trial = 0; trial < 2000; ++trial) {
+        const view v = framed(views[engine() % views.size()], size);
+        const float depth = range.depth(share());
+        const std::array<float, 3> ray = v.direction_to_photo(v.camera.unproject(300 * share(), 400 * share(), 1));
+        const float scale = (-depth - v.position[2]) / ray[2];
+        const std::array<float, 2> photo =
+            camera.project({v.position[0] + scale * ray[0], v.position[1] + scale * ray[1], -depth});
+        CHECK((photo[0] > -1 && photo[0] < 301 && photo[1] > -1 && photo[1] < 401));
+    }
+    CHECK(frame_within(std::vector<view>{photo_view()}, camera, range) == 1);
+    CHECK(frame_within({}, camera, range) == 1);
+}
+
+TEST_CASE("options out of bounds are told") {
+    const auto code_of = [](auto&& call) {
+        try {
+            call();
+        } catch (const error& e) {
+            return e.code();
+        }
+        return error_code::cancelled;
+    };
+    path_options options;
+    options.approach = 1;
+    CHECK(code_of([&] { view_on_path(camera_path::zoom_in, camera, range, 0, options); }) == error_code::invalid_option);
+    CHECK(code_of([&] { view_between({}, camera, 0); }) == error_code::invalid_option);
+    std::vector<key_frame> keys(2);
+    CHECK(code_of([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+    keys[1].time = 1, keys[1].zoom = 0;
+    CHECK(code_of([&] { view_between(keys, camera, 0); }) == error_code::invalid_option);
+}

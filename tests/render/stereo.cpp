@@ -1,0 +1,93 @@
+#include <ldi/render/stereo.hpp>
+
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/picture.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+
+using namespace ldi;
+
+namespace {
+
+image<std::uint8_t> random_picture(std::uint32_t seed, std::size_t rows, std::size_t columns) {
+    std::mt19937 random(seed);
+    image<std::uint8_t> result = make_image<std::uint8_t>(rows, columns, 3);
+    for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(random());
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("side by side holds both pictures as they are") {
+    const image<std::uint8_t> left = random_picture(1, 7, 5), right = random_picture(2, 7, 5);
+    const image<std::uint8_t> both = side_by_side(left, right);
+    REQUIRE(width(both) == 10);
+    for (std::size_t y = 0; y < 7; ++y)
+        for (std::size_t x = 0; x < 5; ++x)
+            for (std::size_t c = 0; c < 3; ++c) CHECK((both(y, x, c) == left(y, x, c) && both(y, x + 5, c) == right(y, x, c)));
+}
+
+TEST_CASE("the anaglyph of equal grey views is that grey; else each eye sees its own picture only") {
+    image<std::uint8_t> grey = random_picture(3, 9, 9);
+    for (std::size_t i = 0; i < grey.size(); ++i) grey.data()[i] = grey.data()[i - i % 3];
+    CHECK((anaglyph(grey, grey) == grey));
+    const image<std::uint8_t> right = random_picture(4, 9, 9), black = make_image<std::uint8_t>(9, 9, 3, std::uint8_t{0});
+    const image<std::uint8_t> for_left = anaglyph(grey, black), for_right = anaglyph(black, right);
+    for (std::size_t i = 0; i < grey.size(); i += 3) {
+        CHECK((for_left.data()[i] == grey.data()[i] && for_left.data()[i + 1] == 0 && for_left.data()[i + 2] == 0));
+        CHECK((for_right.data()[i] == 0 && for_right.data()[i + 1] == right.data()[i + 1] &&
+               for_right.data()[i + 2] == right.data()[i + 2]));
+    }
+}
+
+TEST_CASE("two eyes see the ends of the range apart by the share that is asked for") {
+    const pinhole_camera camera{600, 400, 500};
+    const depth_range range{1, 8};
+    view middle;
+    middle.camera = camera;
+    const float distance = eye_distance(camera, range, 0.05F);
+    const view left = beside(middle, -0.5F * distance), right = beside(middle, 0.5F * distance);
+    const auto shift = [&](float depth) {
+        const std::array<float, 3> point{0.1F, 0, -depth};
+        return camera.project(left.to_camera(point))[0] - camera.project(right.to_camera(point))[0];
+    };
+    CHECK(shift(1) - shift(8) == Approx(0.05F * 600));
+    CHECK(shift(1) > 0);  // the left eye sees near things farther right
+    view turned = middle;
+    turned.rotation = {0, 0, 1, 0, 1, 0, -1, 0, 0};
+    CHECK(beside(turned, 2).position[2] == Approx(-2));
+}
+
+TEST_CASE("a depth map that was written comes back as the disparity that it was, and holes as holes") {
+    const depth_range range{0.7F, 9};
+    image<float> depth = make_image<float>(6, 8);
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        depth.data()[i] = i % 5 == 0 ? std::numeric_limits<float>::infinity() : range.depth(static_cast<float>(i) / 48.0F);
+    depth_map_options options;
+    options.invalid_zero = true;
+    const image<float> back = decode_depth_map(encode_png(disparity_map(depth, range)), options);
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+        if (i % 5 == 0)
+            CHECK(std::isnan(back.data()[i]));
+        else
+            CHECK((back.data()[i] - 1) / 65534 == Approx(static_cast<float>(i) / 48.0F).margin(2e-5));
+    }
+}
+
+TEST_CASE("pictures of different size make no pair") {
+    for (const bool is_anaglyph : {true, false}) {
+        error_code code = error_code::cancelled;
+        try {
+            const image<std::uint8_t> a = random_picture(1, 4, 4), b = random_picture(1, 4, 5);
+            is_anaglyph ? anaglyph(a, b) : side_by_side(a, b);
+        } catch (const error& e) {
+            code = e.code();
+        }
+        CHECK(code == error_code::mismatch);
+    }
+}
