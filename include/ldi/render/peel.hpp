@@ -12,6 +12,7 @@
 #include <ldi/render/rasterizer.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
