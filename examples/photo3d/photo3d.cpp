@@ -3,6 +3,7 @@
 #include "html_page.hpp"
 #include "report.hpp"
 #include "stage_pictures.hpp"
+#include "video.hpp"
 
 #include <ldi/io/depth_map.hpp>
 #include <ldi/io/farbrausch_file.hpp>
@@ -39,6 +40,7 @@ struct arguments {
     float field_of_view = 0.0F;
     int quality = 85;
     std::string inpaint;  // empty: as there are weights or not
+    ldi::examples::video_options video;
 
     bool inpaints_by_network() const { return inpaint.empty() ? !inpainting_model.empty() : inpaint == "network"; }
 };
@@ -80,6 +82,7 @@ void describe(CLI::App& app, arguments& a) {
     app.add_option("--threads", a.threads, "0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
     app.add_option("--stages", a.stages, "folder for pictures of every stage");
     app.add_option("--report", a.report, "JSON file for the figures of the run");
+    ldi::examples::describe_video(app, a.video);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
@@ -134,6 +137,7 @@ void run(const arguments& a) {
     ldi::examples::stage_clock clock(a.quiet);
     std::optional<ldi::examples::viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
     if (!a.html.empty()) viewer.emplace(a.viewer);
+    ldi::examples::check_video(a.video);
     clock.begin("reading photo");
     const ldi::photo photo = ldi::load_photo(a.photo);
     const ldi::photo3d result = convert(a, photo, clock);
@@ -152,6 +156,8 @@ void run(const arguments& a) {
         ldi::write_file(a.report, std::as_bytes(std::span(text)));
     }
     if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages);
+    ldi::thread_pool threads(a.threads);
+    ldi::examples::save_video(result, a.video, threads);
     // Last: where they exist, all went well.
     if (viewer) {
         const std::string page = viewer->with_photo(a.photo.stem().string(), result.photo, glb);

@@ -8,6 +8,7 @@ import base64
 import json
 import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -37,12 +38,12 @@ def npy(width, height, value):
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + struct.pack("<f", value) * (width * height)
 
 
-def run(name, arguments, expect=None):
+def run(name, arguments, expect=None, environment=None):
     """expect: words of the message; None if the run must succeed."""
     global passed, failed
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "out.glb")
-        result = subprocess.run([PROGRAM, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600)
+        result = subprocess.run([PROGRAM, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600, env=environment)
         written = os.listdir(folder)
         if expect is None:
             good = result.returncode == 0 and written == ["out.glb"] and open(output, "rb").read(4) == b"glTF" and result.stderr == ""
@@ -124,6 +125,28 @@ def main():
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
         run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
         run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
+
+        # Moving pictures.
+        frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")
+        video = [small, *depth, "--fps", "4", "--seconds", "1", "--video"]
+        run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
+        run("its depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
+        run("a video without ffmpeg", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
+        run("a path that is not known", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
+        keys = '[{"time": %d, "position": [0, 0, 0], "target": [0, 0, -2]}, {"time": 1, "position": [0.1, 0, 0], "target": [0, 0, -2], "zoom": 1.2}]'
+        run("a path of one's own", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
+        run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["times that rise"])
+        run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
+        if shutil.which("ffmpeg"):
+            for name in ("a.mp4", "a.webp", "a.gif", "$(touch x) '.mp4"):
+                run(f"the video {name}", [*video, os.path.join(folder, name), "--stereo", "anaglyph"])
+            run("a video that can't be written", [*video, os.path.join(folder, "no/such/a.mp4")], ["ffmpeg"])
+            for name, mark in (("a.mp4", b"moov"), ("a.webp", b"ANMF"), ("a.gif", b"NETSCAPE2.0"), ("$(touch x) '.mp4", b"moov")):
+                check(f"{name} is a moving picture", mark in open(os.path.join(folder, name), "rb").read())
+            check("nothing unfinished is left", not [name for name in os.listdir(folder) if name.endswith(".part")])
+        else:
+            print("skipped videos: there is no ffmpeg")
+        check("there are as many frames as there should be", len(os.listdir(frames)) == 4)
 
         model = os.path.join(SHARED, "tiefenrausch/model")
         if os.path.isdir(model):

@@ -1,0 +1,304 @@
+// Moving pictures of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or as PNG files to a folder.
+#pragma once
+
+#include <ldi/io/file.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/camera_paths.hpp>
+#include <ldi/render/rasterizer.hpp>
+#include <ldi/render/stereo.hpp>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+extern char** environ;
+
+namespace ldi::examples {
+
+struct video_options {
+    std::filesystem::path output;     ///< .mp4, .webp, .gif; else a folder. Empty: no video
+    std::filesystem::path depth_map;  ///< 16-bit PNG. Empty: none
+    std::string path = "swing";       ///< a name in camera_paths(), or a JSON file of key frames
+    std::string stereo = "none";
+    float seconds = 6, movement = path_options().movement;
+    int frames_per_second = 0, size = 0;  ///< 0: as the file format likes it
+
+    std::string extension() const { return output.extension().string(); }
+    bool needs_ffmpeg() const { return extension() == ".mp4" || extension() == ".webp" || extension() == ".gif"; }
+    bool is_for_chats() const { return extension() == ".webp" || extension() == ".gif"; }
+};
+
+inline const std::map<std::string, camera_path>& camera_paths() {
+    static const std::map<std::string, camera_path> names{{"circle", camera_path::circle},
+                                                          {"swing", camera_path::swing},
+                                                          {"zoom-in", camera_path::zoom_in},
+                                                          {"dolly-zoom", camera_path::dolly_zoom}};
+    return names;
+}
+
+inline void describe_video(CLI::App& app, video_options& v) {
+    CLI::Option* video = app.add_option(
+        "--video", v.output,
+        "moving picture of the result: .mp4, .webp or .gif (needs ffmpeg); any other name: a folder of PNG frames");
+    app.add_option("--path", v.path, "of the camera: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
+        ->needs(video)
+        ->capture_default_str();
+    app.add_option("--seconds", v.seconds, "length of the video")
+        ->check(CLI::Range(0.1, 600.0))
+        ->needs(video)
+        ->capture_default_str();
+    app.add_option("--fps", v.frames_per_second, "frames a second; default 30, or 20 in .webp and .gif")
+        ->check(CLI::Range(1, 120))
+        ->needs(video);
+    app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
+        ->check(CLI::Range(16, 8192))
+        ->needs(video);
+    app.add_option("--movement", v.movement, "how far near and far things move, as a share of the long side")
+        ->check(CLI::Range(0.0, 0.3))
+        ->needs(video)
+        ->capture_default_str();
+    app.add_option("--stereo", v.stereo, "a picture for each eye: side-by-side, or anaglyph for red-cyan glasses")
+        ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
+        ->needs(video);
+    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 where there is nothing");
+}
+
+/// Where a program is that the shell would find, if anywhere.
+inline std::optional<std::filesystem::path> find_program(const std::string& name) {
+    const char* folders = std::getenv("PATH");
+    const std::string all = folders == nullptr ? "" : folders;
+    for (std::size_t first = 0; first <= all.size();) {
+        const std::size_t last = std::min(all.find(':', first), all.size());
+        const std::filesystem::path candidate = std::filesystem::path(all.substr(first, last - first)) / name;
+        if (access(candidate.c_str(), X_OK) == 0) return candidate;
+        first = last + 1;
+    }
+    return std::nullopt;
+}
+
+/// A program that reads from us. The shell has no part in it, so that any file name is only a file name.
+class pipe_to_program {
+public:
+    explicit pipe_to_program(std::vector<std::string> command) : name_(command[0]) {
+        int ends[2];
+        if (pipe2(ends, O_CLOEXEC) != 0) fail("a pipe");
+        std::vector<char*> words;
+        for (std::string& word : command) words.push_back(word.data());
+        words.push_back(nullptr);
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+        const int failure = posix_spawnp(&process_, words[0], &actions, nullptr, words.data(), environ);
+        posix_spawn_file_actions_destroy(&actions);
+        close(ends[0]);
+        input_ = ends[1];
+        if (failure != 0) {
+            close(input_);
+            errno = failure;
+            fail("a program that starts");
+        }
+        std::signal(SIGPIPE, SIG_IGN);  // a program that ends early shows in what write() returns
+    }
+    pipe_to_program(const pipe_to_program&) = delete;
+    pipe_to_program& operator=(const pipe_to_program&) = delete;
+    ~pipe_to_program() {
+        if (input_ >= 0) wait();
+    }
+
+    void write(const image<std::uint8_t>& frame) {
+        const std::uint8_t* data = frame.data();
+        for (std::size_t left = frame.size(); left > 0;) {
+            const ssize_t written = ::write(input_, data, left);
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) fail("to take all frames");
+            data += written, left -= static_cast<std::size_t>(written);
+        }
+    }
+
+    /// Waits for the program's end. Raises file_access if it failed; it has said why by then.
+    void finish() {
+        const int status = wait();
+        if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+            raise(error_code::file_access, name_, "success", "failure: its message is above");
+    }
+
+private:
+    int wait() {
+        close(std::exchange(input_, -1));
+        int status = 0;
+        while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+        }
+        return status;
+    }
+    [[noreturn]] void fail(const char* expected) const {
+        raise(error_code::file_access, name_, expected, detail::system_reason(errno));
+    }
+
+    std::string name_;
+    int input_ = -1;
+    pid_t process_ = 0;
+};
+
+/// The words that start ffmpeg, which reads raw frames and writes a file that starts over and over where the format can say so.
+inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size_t columns, std::size_t rows,
+                                               int frames_per_second, const std::filesystem::path& file) {
+    std::vector<std::string> command{"ffmpeg",   "-v",
+                                     "error",    "-y",
+                                     "-f",       "rawvideo",
+                                     "-pix_fmt", "rgb24",
+                                     "-s",       std::to_string(columns) + "x" + std::to_string(rows),
+                                     "-r",       std::to_string(frames_per_second),
+                                     "-i",       "-"};
+    const auto add = [&](std::initializer_list<const char*> words) { command.insert(command.end(), words.begin(), words.end()); };
+    if (v.extension() == ".mp4")
+        add({"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
+    else if (v.extension() == ".webp")
+        add({"-c:v", "libwebp_anim", "-quality", "75", "-loop", "0", "-f", "webp"});
+    else
+        add({"-filter_complex", "[0:v]split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse", "-loop", "0", "-f", "gif"});
+    command.push_back("file:" + std::filesystem::absolute(file).string());
+    return command;
+}
+
+/// [{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 1}, ...], lengths in the units of the photo's space, in
+/// which the nearest surface is at z = -1 unless depth is metric. Raises file_access, invalid_data.
+inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file) {
+    const std::vector<std::byte> bytes = read_file(file);
+    const char* text = reinterpret_cast<const char*>(bytes.data());
+    const nlohmann::json keys = nlohmann::json::parse(text, text + bytes.size(), nullptr, false);
+    std::vector<key_frame> result;
+    try {
+        for (const nlohmann::json& key : keys) {
+            key_frame k;
+            k.time = key.at("time").get<float>();
+            k.position = key.at("position").get<std::array<float, 3>>();
+            k.target = key.at("target").get<std::array<float, 3>>();
+            k.zoom = key.value("zoom", 1.0F);
+            if (k.position[0] == k.target[0] && k.position[2] == k.target[2])
+                raise(error_code::invalid_data, file.string(), "targets that are not straight above or below", "one that is");
+            result.push_back(k);
+        }
+    } catch (const nlohmann::json::exception& e) {
+        raise(error_code::invalid_data, file.string(), "a list of key frames: time, position, target, zoom", e.what());
+    }
+    view_between(result, {1, 1, 1}, 0);  // says what is wrong with their times
+    return result;
+}
+
+/// To be called before the work that leads to the video: what is missing is said at once.
+inline void check_video(const video_options& v) {
+    if (v.output.empty()) return;
+    if (v.needs_ffmpeg() && !find_program("ffmpeg"))
+        raise(error_code::file_access, v.output.string(),
+              "the program ffmpeg, which writes videos (Debian: apt-get install ffmpeg); a folder's name gives PNG frames "
+              "without it",
+              "no ffmpeg in PATH");
+    if (camera_paths().count(v.path) == 0) load_key_frames(v.path);
+}
+
+/// The views of all frames, of the video's size, framed so that nothing past the photo's border is seen: for each frame one, or
+/// for two eyes two, the left one first.
+inline std::vector<view> frame_views(const photo3d& result, const video_options& v, std::size_t frames) {
+    const bool is_named = camera_paths().count(v.path) > 0;
+    const std::vector<key_frame> keys = is_named ? std::vector<key_frame>() : load_key_frames(v.path);
+    path_options options;
+    options.movement = v.movement;
+    const bool loops = v.path == "swing" || v.path == "circle";  // the last frame comes before the first
+    std::vector<view> views;
+    for (std::size_t i = 0; i < frames; ++i) {
+        const float time = static_cast<float>(i) / static_cast<float>(std::max<std::size_t>(loops ? frames : frames - 1, 1));
+        const view from =
+            is_named ? view_on_path(camera_paths().at(v.path), result.camera, result.range, time, options)
+                     : view_between(keys, result.camera, keys.front().time + time * (keys.back().time - keys.front().time));
+        const float eyes = v.stereo == "none" ? 0.0F : eye_distance(result.camera, result.range);
+        if (eyes > 0) views.push_back(beside(from, -0.5F * eyes));
+        views.push_back(eyes > 0 ? beside(from, 0.5F * eyes) : from);
+    }
+    // A path that leaves the photo's surroundings has no frame; then the border shows.
+    const float frame = frame_within(views, result.camera, result.range);
+    const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
+    const float scale =
+        std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.camera.width, result.camera.height)));
+    const auto even = [&](std::int32_t length) {
+        return std::max(2 * static_cast<std::int32_t>(std::lround(0.5F * scale * static_cast<float>(length))), 2);
+    };
+    for (view& from : views) {
+        from = framed(from, frame > 0.5F ? frame : 1.0F);
+        from.camera.focal_length *= scale;
+        from.camera.width = even(result.camera.width), from.camera.height = even(result.camera.height);
+    }
+    return views;
+}
+
+template <executor Executor>
+void save_video(const photo3d& result, const video_options& v, Executor& threads) {
+    if (!v.depth_map.empty()) {
+        view own;
+        own.camera = result.camera;
+        const rendering seen = rasterize(result.mesh, result.atlas.colour, own, raster_options(), threads);
+        save_png(v.depth_map, disparity_map(seen.depth, result.range));
+    }
+    if (v.output.empty()) return;
+    const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
+    const std::size_t frames =
+        static_cast<std::size_t>(std::max(1L, std::lround(v.seconds * static_cast<float>(frames_per_second))));
+    const std::vector<view> views = frame_views(result, v, frames);
+    raster_options raster;
+    raster.samples = 2;
+    raster.z_near = 0.01F * result.range.z_near;
+    const auto draw = [&](std::size_t i) {
+        return rasterize(result.mesh, result.atlas.colour, views[i], raster, threads).colour;
+    };
+    const auto frame = [&](std::size_t i) {
+        if (views.size() == frames) return draw(i);
+        return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));
+    };
+    if (!v.needs_ffmpeg()) {
+        std::error_code failure;
+        std::filesystem::create_directories(v.output, failure);
+        if (failure) raise(error_code::file_access, v.output.string(), "a folder that can be made", failure.message());
+        for (std::size_t i = 0; i < frames; ++i) {
+            char name[32];
+            std::snprintf(name, sizeof name, "frame_%05zu.png", i + 1);
+            save_png(v.output / name, frame(i));
+        }
+        return;
+    }
+    std::filesystem::path unfinished = v.output;
+    unfinished += ".part";
+    try {
+        const image<std::uint8_t> first = frame(0);
+        pipe_to_program ffmpeg(ffmpeg_command(v, width(first), height(first), frames_per_second, unfinished));
+        ffmpeg.write(first);
+        for (std::size_t i = 1; i < frames; ++i) ffmpeg.write(frame(i));
+        ffmpeg.finish();
+        std::filesystem::rename(unfinished, v.output);
+    } catch (...) {
+        std::error_code ignored;
+        std::filesystem::remove(unfinished, ignored);
+        throw;
+    }
+}
+
+}  // namespace ldi::examples
