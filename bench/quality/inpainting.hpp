@@ -1,0 +1,235 @@
+// The paper's measure of inpainting (section "Results", "Inpainting"): the photo is lifted to one layer, which another camera
+// sees as several; all of them but the first are hidden and inpainted; seen from the photo's camera again, everything that was
+// inpainted is in sight, beside the photo. Inpainting in screen space instead fills the holes of the first layer in that last
+// view.
+#pragma once
+
+#include "metrics.hpp"
+#include "subjects.hpp"
+
+#include <examples/photo3d/stage_pictures.hpp>
+
+#include <ldi/core/components.hpp>
+#include <ldi/depth/middle_components.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/depth/weighted_median.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/layers/discontinuity_curves.hpp>
+#include <ldi/layers/lift.hpp>
+#include <ldi/layers/spurious_discontinuities.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/render/micro_polygons.hpp>
+#include <ldi/render/peel.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi_quality {
+
+/// What one way of inpainting gives.
+struct inpainted {
+    double layered = 0;     ///< PSNR over all pixels of the layered image, hidden and not
+    double hidden = 0;      ///< and over the hidden ones
+    quality whole, inside;  ///< reprojected, beside the photo: everywhere, and where pixels were inpainted
+};
+
+struct inpainting_result {
+    std::string name;
+    double inpainted_share = 0;  ///< of the photo
+    double cut_off = 0;          ///< share of the hidden pixels from where no link leads to what is known
+    inpainted network, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
+};
+
+/// Only the pixels that `keep` says.
+inline ldi::photo_layers subset(ldi::photo_layers layers, const std::vector<std::uint8_t>& keep) {
+    std::vector<std::int32_t> order;
+    for (const bool kept : {true, false})
+        for (std::size_t i = 0; i < keep.size(); ++i)
+            if ((keep[i] != 0) == kept) order.push_back(static_cast<std::int32_t>(i));
+    for (std::size_t i = 0; i < keep.size(); ++i)
+        for (const ldi::side s : ldi::all_sides)
+            if (keep[i] == 0) layers.topology.unlink(static_cast<std::int32_t>(i), s);
+    layers.reorder(order);
+    const std::size_t count = static_cast<std::size_t>(std::count_if(keep.begin(), keep.end(), [](auto k) { return k != 0; }));
+    layers.topology.resize(count);
+    layers.resize_columns(count);
+    return layers;
+}
+
+/// The same network or diffusion on a picture, all of whose pixels are linked.
+template <class Inpainter, ldi::executor Executor>
+picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Executor& threads) {
+    ldi::photo_layers grid(
+        ldi::make_grid(static_cast<std::int32_t>(ldi::width(r.colour)), static_cast<std::int32_t>(ldi::height(r.colour))));
+    std::copy(r.colour.begin(), r.colour.end(), grid.column<ldi::colour_column>().begin());
+    std::copy(r.coverage.begin(), r.coverage.end(), grid.column<ldi::known_column>().begin());
+    inpainter.inpaint(grid, threads, ldi::observer());
+    picture result = r.colour;
+    std::copy(grid.column<ldi::colour_column>().begin(), grid.column<ldi::colour_column>().end(), result.begin());
+    return result;
+}
+
+/// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colours.
+inline double cut_off_share(const ldi::photo_layers& layers) {
+    const ldi::components parts = ldi::connected_components(layers.topology);
+    const std::vector<std::uint8_t>& known = layers.column<ldi::known_column>();
+    std::vector<std::uint8_t> has_known(parts.count(), 0);
+    for (std::size_t i = 0; i < known.size(); ++i)
+        if (known[i] != 0) has_known[static_cast<std::size_t>(parts.label[i])] = 1;
+    std::size_t unknown = 0, cut_off = 0;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+        unknown += known[i] == 0 ? 1U : 0U;
+        cut_off += has_known[static_cast<std::size_t>(parts.label[i])] == 0 ? 1U : 0U;
+    }
+    return unknown > 0 ? static_cast<double>(cut_off) / static_cast<double>(unknown) : 0;
+}
+
+/// One layer, its depth cleaned and its tears closed as make_photo3d() does before it expands.
+template <ldi::executor Executor>
+ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
+    ldi::normalize_options normalize;
+    normalize.clipped_share = 0;
+    normalize.largest_depth_ratio = 1e6F;
+    ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, threads);
+    ldi::merge_middle_components(disparity);
+    ldi::photo_layers lifted = ldi::lift(s.photo, disparity, ldi::lift_options(), threads);
+    ldi::close_spurious_discontinuities(lifted.topology,
+                                        ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>()));
+    return lifted;
+}
+
+/// shift  in pixels: how far the nearest surface moves; the canonical view lies that much to the left
+template <ldi::executor Executor>
+inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
+                                     const std::filesystem::path& folder, Executor& threads) {
+    const ldi::depth_range range = s.range();
+    const ldi::photo_layers lifted = lift_cleaned(s, threads);
+    ldi::view original, canonical;
+    original.camera = s.camera;
+    canonical = ldi::moved_view(s.camera, range, 1, shift);
+    canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of its picture
+    ldi::peel_options peel_options;
+    peel_options.z_near = 1e-3F;
+    const ldi::peeled_layers peeled = ldi::peel(lifted, original, range, canonical, peel_options, threads);
+    ldi::raster_options raster;
+    raster.z_near = 1e-3F;
+    const auto reproject = [&](const ldi::photo_layers& layers) {
+        return ldi::render_layers(layers, canonical, peeled.range, original, raster, threads);
+    };
+
+    const std::vector<std::size_t> layer = ldi::examples::layer_of_pixels(peeled.layers);
+    ldi::photo_layers hidden = peeled.layers;
+    std::vector<std::uint8_t> is_first(layer.size());
+    for (std::size_t i = 0; i < layer.size(); ++i) {
+        is_first[i] = layer[i] == 0 ? 1 : 0;
+        hidden.column<ldi::known_column>()[i] = is_first[i];
+        for (std::size_t c = 0; c < 3 && layer[i] > 0; ++c) hidden.column<ldi::colour_column>()[3 * i + c] = 0;
+    }
+    const ldi::rendering first = reproject(subset(peeled.layers, is_first));
+    const ldi::rendering truth = reproject(peeled.layers);
+    // Where resampling leaves a gap in the truth itself there is nothing to compare.
+    mask everywhere = truth.coverage, holes = truth.coverage;
+    for (std::size_t i = 0; i < holes.size(); ++i) holes.data()[i] = everywhere.data()[i] != 0 && first.coverage.data()[i] == 0;
+
+    inpainting_result result;
+    result.name = s.name;
+    result.inpainted_share = share(holes);
+    result.cut_off = cut_off_share(hidden);
+    const auto compare = [&](picture p, inpainted& to) {
+        for (std::size_t i = 0; i < everywhere.size(); ++i)
+            if (everywhere.data()[i] == 0) std::copy_n(s.photo.data() + 3 * i, 3, p.data() + 3 * i);
+        to.whole = measure(p, s.photo, everywhere);
+        to.inside = measure(p, s.photo, holes);
+        return p;
+    };
+    const auto in_layers = [&](const auto& inpainter, inpainted& to) {
+        ldi::photo_layers filled = hidden;
+        inpainter.inpaint(filled, threads, ldi::observer());
+        double sum = 0, count = 0;
+        for (std::size_t i = 0; i < filled.size(); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double d = static_cast<double>(filled.column<ldi::colour_column>()[3 * i + c]) -
+                                 static_cast<double>(peeled.layers.column<ldi::colour_column>()[3 * i + c]);
+                sum += d * d, count += is_first[i] == 0 ? 1 : 0;
+            }
+        to.layered = psnr_of(sum / (3.0 * static_cast<double>(filled.size())));
+        to.hidden = psnr_of(sum / std::max(count, 1.0));
+        std::fill(filled.column<ldi::known_column>().begin(), filled.column<ldi::known_column>().end(), std::uint8_t{1});
+        return compare(reproject(filled).colour, to);
+    };
+    const picture by_network = in_layers(network, result.network);
+    in_layers(ldi::diffusion_inpainter(), result.diffusion);
+    const picture on_screen = compare(inpaint_picture(network, first, threads), result.network_in_screen_space);
+    compare(inpaint_picture(ldi::diffusion_inpainter(), first, threads), result.diffusion_in_screen_space);
+    compare(truth.colour, result.truth);
+
+    picture wrapped = first.colour;
+    for (std::size_t i = 0; i < holes.size(); ++i)
+        if (first.coverage.data()[i] == 0) wrapped.data()[3 * i] = 255, wrapped.data()[3 * i + 2] = 255;
+    const std::string name = "inpainting_" + s.name + (shift < 0 ? "_left_" : "_right_");
+    ldi::save_png(folder / (name + "1_truth.png"), s.photo);
+    ldi::save_png(folder / (name + "2_wrapped.png"), wrapped);
+    ldi::save_png(folder / (name + "3_screen_space.png"), on_screen);
+    ldi::save_png(folder / (name + "4_layers.png"), by_network);
+    return result;
+}
+
+/// How much better the network does on layers than in screen space, reprojected, in dB: mean over the rows.
+inline double lead(const std::vector<inpainting_result>& rows) {
+    std::vector<double> leads;
+    for (const inpainting_result& r : rows) leads.push_back(r.network.whole.psnr - r.network_in_screen_space.whole.psnr);
+    return mean(leads);
+}
+
+inline void print_inpainting(const char* title, const std::vector<inpainting_result>& rows) {
+    std::printf("\n### The paper's inpainting protocol: %s\n\n", title);
+    std::printf("Reprojected, PSNR in dB over the whole picture / where pixels were inpainted.\n\n");
+    std::printf(
+        "| picture | inpainted | of that cut off | Farbrausch, layers | Farbrausch, screen space | lead | diffusion, layers | "
+        "diffusion, screen "
+        "space | true colours |\n|---|---|---|---|---|---|---|---|---|\n");
+    const auto pair = [](const inpainted& i) { std::printf(" %.2f / %.2f |", i.whole.psnr, i.inside.psnr); };
+    for (const inpainting_result& r : rows) {
+        std::printf("| %s | %.1f %% | %.1f %% |", r.name.c_str(), 100 * r.inpainted_share, 100 * r.cut_off);
+        pair(r.network), pair(r.network_in_screen_space);
+        std::printf(" %+.2f / %+.2f |", r.network.whole.psnr - r.network_in_screen_space.whole.psnr,
+                    r.network.inside.psnr - r.network_in_screen_space.inside.psnr);
+        pair(r.diffusion), pair(r.diffusion_in_screen_space), pair(r.truth);
+        std::printf("\n");
+    }
+    std::printf(
+        "\n| mean | PSNR of the layered image: all / hidden pixels | reprojected: PSNR | SSIM | inside: PSNR | SSIM "
+        "|\n|---|---|---|---|---|---|\n");
+    const auto line = [&](const char* name, inpainted inpainting_result::*way, bool on_layers) {
+        const auto average = [&](auto&& value) {
+            std::vector<double> values;
+            for (const inpainting_result& r : rows) values.push_back(value(r.*way));
+            return mean(values);
+        };
+        std::printf("| %s |", name);
+        if (on_layers)
+            std::printf(" %.2f / %.2f |", average([](const inpainted& i) { return i.layered; }),
+                        average([](const inpainted& i) { return i.hidden; }));
+        else
+            std::printf(" |");
+        std::printf(" %.2f | %.4f | %.2f | %.4f |\n", average([](const inpainted& i) { return i.whole.psnr; }),
+                    average([](const inpainted& i) { return i.whole.ssim; }),
+                    average([](const inpainted& i) { return i.inside.psnr; }),
+                    average([](const inpainted& i) { return i.inside.ssim; }));
+    };
+    line("Farbrausch", &inpainting_result::network, true);
+    line("diffusion", &inpainting_result::diffusion, true);
+    line("Farbrausch (screen space)", &inpainting_result::network_in_screen_space, false);
+    line("diffusion (screen space)", &inpainting_result::diffusion_in_screen_space, false);
+    line("true colours, resampled twice", &inpainting_result::truth, false);
+}
+
+}  // namespace ldi_quality

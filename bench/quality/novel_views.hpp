@@ -1,0 +1,130 @@
+// Novel views: photo and true depth to a 3D photo, seen from where there is another photograph.
+#pragma once
+
+#include "metrics.hpp"
+#include "subjects.hpp"
+
+#include <ldi/io/picture.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ldi_quality {
+
+enum method : std::size_t { no_expansion, by_diffusion, by_network, in_screen_space, method_count };
+
+struct novel_view {
+    std::string name;
+    double disoccluded = 0;                      ///< share of the frame that shows nothing without expansion
+    double uncovered = 0, uncovered_at_50 = 0;   ///< with expansion: as far as need be, and the default 50 pixels
+    std::array<quality, method_count> whole{};   ///< over the frame
+    std::array<quality, method_count> inside{};  ///< where it shows nothing without expansion
+};
+
+/// 3D photo options for the truth: the photo as large as it is, no depth clipped, and surfaces grown by `iterations`.
+inline ldi::photo3d_options true_depth_options(const subject& s, int iterations) {
+    ldi::photo3d_options options;
+    options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
+    options.normalize.is_metric = true;
+    options.normalize.clipped_share = 0;
+    options.normalize.largest_depth_ratio = 1e6F;
+    options.expand.iterations = iterations;
+    return options;
+}
+
+/// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
+inline mask frame_of(const subject& s) {
+    const ldi::depth_range range = s.range();
+    mask result = ldi::make_image<std::uint8_t>(ldi::height(s.photo), ldi::width(s.photo));
+    for (std::size_t y = 0; y < ldi::height(result); ++y)
+        for (std::size_t x = 0; x < ldi::width(result); ++x) {
+            bool inside = true;
+            for (const float depth : {range.z_near, range.z_far}) {
+                const float shift = s.other.position[0] * s.camera.focal_length / depth;
+                const float there = static_cast<float>(x) + 0.5F + shift;
+                inside = inside && there >= 1 && there <= static_cast<float>(s.camera.width) - 1;
+            }
+            ldi::row(result, y)[x] = inside ? 1 : 0;
+        }
+    return result;
+}
+
+template <ldi::executor Executor>
+novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, const std::filesystem::path& folder,
+                              Executor& threads) {
+    ldi::raster_options raster;
+    raster.z_near = 1e-3F;
+    const auto render = [&](const auto& inpainter, int iterations) {
+        const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{s.inverse_depth}, inpainter,
+                                                    true_depth_options(s, iterations), threads);
+        return ldi::rasterize(made.mesh, made.atlas.colour, s.other, raster, threads);
+    };
+    const int needed = static_cast<int>(std::ceil(s.parallax())) + 2;
+    const ldi::rendering none = render(network, 0), diffused = render(ldi::diffusion_inpainter(), needed),
+                         expanded = render(network, needed), at_50 = render(ldi::diffusion_inpainter(), 50);
+    const std::array<picture, method_count> results{none.colour, diffused.colour, expanded.colour,
+                                                    network.inpaint(none.colour, none.coverage, threads)};
+
+    novel_view result;
+    result.name = s.name;
+    const mask frame = frame_of(s);
+    const auto holes = [&](const ldi::rendering& r) {
+        mask m = frame;
+        for (std::size_t i = 0; i < m.size(); ++i) m.data()[i] = frame.data()[i] != 0 && r.coverage.data()[i] == 0 ? 1 : 0;
+        return m;
+    };
+    const mask hole = holes(none);
+    result.disoccluded = share(hole) / share(frame);
+    result.uncovered = share(holes(expanded)) / share(frame);
+    result.uncovered_at_50 = share(holes(at_50)) / share(frame);
+    for (std::size_t m = 0; m < method_count; ++m) {
+        result.whole[m] = measure(results[m], s.seen, frame);
+        result.inside[m] = measure(results[m], s.seen, hole);
+    }
+    const char* names[] = {"none", "diffusion", "farbrausch", "screen_space"};
+    for (std::size_t m = 0; m < method_count; ++m)
+        ldi::save_png(folder / ("view_" + s.name + "_" + names[m] + ".png"), results[m]);
+    ldi::save_png(folder / ("view_" + s.name + "_truth.png"), s.seen);
+    return result;
+}
+
+inline void print_novel_views(const char* title, const std::vector<novel_view>& rows) {
+    std::printf("\n### Novel views: %s\n\n", title);
+    std::printf("PSNR in dB over the frame / inside what the photo did not see; shares of the frame.\n\n");
+    std::printf(
+        "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | in screen space | uncovered | grown by 50 "
+        "pixels only |\n|---|---|---|---|---|---|---|---|\n");
+    const auto line = [](const novel_view& v) {
+        std::printf("| %s | %.2f %% |", v.name.c_str(), 100 * v.disoccluded);
+        for (std::size_t m = 0; m < method_count; ++m) std::printf(" %.2f / %.2f |", v.whole[m].psnr, v.inside[m].psnr);
+        std::printf(" %.3f %% | %.3f %% |\n", 100 * v.uncovered, 100 * v.uncovered_at_50);
+    };
+    novel_view average;
+    average.name = "**mean**";
+    const double part = 1.0 / static_cast<double>(rows.size());
+    for (const novel_view& v : rows) {
+        line(v);
+        average.disoccluded += part * v.disoccluded;
+        average.uncovered += part * v.uncovered, average.uncovered_at_50 += part * v.uncovered_at_50;
+        for (std::size_t m = 0; m < method_count; ++m) {
+            average.whole[m].psnr += part * v.whole[m].psnr, average.whole[m].ssim += part * v.whole[m].ssim;
+            average.inside[m].psnr += part * v.inside[m].psnr, average.inside[m].ssim += part * v.inside[m].ssim;
+        }
+    }
+    line(average);
+    std::printf("| mean SSIM | |");
+    for (std::size_t m = 0; m < method_count; ++m) std::printf(" %.4f / %.4f |", average.whole[m].ssim, average.inside[m].ssim);
+    std::printf(" | |\n");
+}
+
+}  // namespace ldi_quality

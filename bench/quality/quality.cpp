@@ -1,0 +1,79 @@
+// Prints how good 3D photos are, as Markdown, and ends with how far inpainting on layers is ahead of screen space and how much
+// stays uncovered. bench/quality/run.sh builds and runs it.
+#include "inpainting.hpp"
+#include "novel_views.hpp"
+#include "sizes.hpp"
+#include "subjects.hpp"
+
+#include <ldi/io/farbrausch_file.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace ldi_quality;
+
+struct arguments {
+    std::filesystem::path inpainting_model, pictures = "out/quality";
+    bool views = true, sizes = true;
+};
+
+void run(const arguments& a) {
+    const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model);
+    std::printf("Farbrausch: %s\n", a.inpainting_model.filename().string().c_str());
+    if (a.sizes) print_sizes(network);
+    if (!a.views) return;
+
+    std::filesystem::create_directories(a.pictures);
+    ldi::thread_pool threads;
+    const std::vector<subject> pairs = stereo_pairs(), scenes = ray_cast_scenes(threads);
+    std::vector<novel_view> all_views;
+    std::vector<inpainting_result> all_inpainting;
+    for (const auto& [title, subjects] : {std::pair{"stereo pairs", &pairs}, {"ray-cast scenes", &scenes}}) {
+        if (subjects->empty()) continue;
+        std::vector<novel_view> views;
+        std::vector<inpainting_result> inpainting;
+        for (const subject& s : *subjects) {
+            views.push_back(measure_novel_view(s, network, a.pictures, threads));
+            const float longer = static_cast<float>(std::max(s.camera.width, s.camera.height));
+            for (const float side : {1.0F, -1.0F}) {
+                const inpainting_result r = measure_inpainting(s, side * 0.08F * longer, network, a.pictures, threads);
+                if (r.inpainted_share > 0) inpainting.push_back(r);  // from one side of the T-junction everything is in sight
+            }
+        }
+        print_novel_views(title, views);
+        print_inpainting(title, inpainting);
+        std::fflush(stdout);
+        all_views.insert(all_views.end(), views.begin(), views.end());
+        all_inpainting.insert(all_inpainting.end(), inpainting.begin(), inpainting.end());
+    }
+    std::vector<double> uncovered;
+    for (const novel_view& v : all_views) uncovered.push_back(100 * v.uncovered);
+    std::printf("\nldi over screen space %+.2f dB, uncovered %.2f %%\n", lead(all_inpainting), mean(uncovered));
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+    CLI::App app("Measures 3D photos: novel views, inpainting, sizes, times.");
+    arguments a;
+    app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors)")->required();
+    app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
+    app.add_flag("!--no-views", a.views, "no novel views and inpainting");
+    app.add_flag("!--no-sizes", a.sizes, "no sizes and times");
+    CLI11_PARSE(app, count, values);
+    try {
+        run(a);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "ldi_quality: %s\n", e.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# How good 3D photos are: novel views beside photographs taken from there, the paper's measure of inpainting, sizes, times. Prints
+# Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DD %".
+#
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-views: sizes and times only; --no-sizes: the rest
+#
+# Without a model: examples/models/farbrausch.safetensors. Stereo pairs are those of ../shared/rgbd, skipped where that is absent;
+# the ray-cast scenes need nothing. How good depth is, examples/training/tiefenrausch_small/evaluate.py tells.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_bench[@]}" >&2
+
+options=("$@")
+if [[ " ${options[*]} " != *" --inpainting-model"* ]]; then
+    model=$root/examples/models/farbrausch.safetensors
+    if [ ! -f "$model" ]; then
+        printf 'There is no %s: please name a file of weights with --inpainting-model FILE\n' "$model" >&2
+        exit 1
+    fi
+    options+=(--inpainting-model "$model")
+fi
+cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release >&2
+cmake --build "$root/build/release" --target ldi_quality >&2
+"$root/build/release/bench/ldi_quality" --pictures "$root/out/quality" "${options[@]}"

@@ -1,0 +1,143 @@
+// What a 3D photo takes: bytes and triangles of the result, time and memory on the way.
+#pragma once
+
+#include <examples/photo3d/report.hpp>
+
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/glb.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/io/published_network.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+namespace ldi_quality {
+
+/// The most memory that the process holds in each stage, where Linux tells and lets it be reset; else 0.
+class stage_memory {
+public:
+    ldi::observer watcher() {
+        ldi::observer o;
+        o.user = this;
+        o.on_progress = [](void* self, std::string_view stage, float fraction) {
+            static_cast<stage_memory*>(self)->on_progress(std::string(stage), fraction);
+        };
+        return o;
+    }
+    const std::map<std::string, std::size_t>& megabytes() const { return peaks_; }
+
+private:
+    void on_progress(const std::string& stage, float fraction) {
+        if (stage != stage_) {
+            stage_ = stage;
+            std::ofstream reset("/proc/self/clear_refs");
+            can_reset_ = static_cast<bool>(reset << "5" << std::flush);
+        }
+        if (fraction == 1.0F && can_reset_) peaks_[stage] = std::max(peaks_[stage], peak());
+    }
+
+    static std::size_t peak() {
+        std::ifstream status("/proc/self/status");
+        for (std::string line; std::getline(status, line);)
+            if (line.compare(0, 6, "VmHWM:") == 0) return std::stoul(line.substr(6)) / 1024;
+        return 0;
+    }
+
+    std::string stage_;
+    bool can_reset_ = false;
+    std::map<std::string, std::size_t> peaks_;
+};
+
+struct sized_photo {
+    std::string name;
+    ldi::image<std::uint8_t> photo;
+    ldi::image<float> disparity;  ///< empty: the published network's
+    bool is_inverse_depth = true;
+};
+
+/// The shipped sample, and telephone photos with the published network's depth where ../shared is present.
+inline std::vector<sized_photo> sized_photos() {
+    const std::filesystem::path sample = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
+    const std::filesystem::path photos = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions";
+    std::vector<sized_photo> result{{"the sample", ldi::load_photo(sample / "sample.jpg").colour,
+                                     ldi::fill_invalid(ldi::load_depth_map(sample / "sample_depth.png")), false}};
+    for (const char* name : {"iphone_mpo_a.jpg", "pair_flowers.jpg", "pair_mango.jpg", "pair_shelf.jpg"})
+        if (std::filesystem::exists(photos / name)) result.push_back({name, ldi::load_photo(photos / name).colour, {}, true});
+    return result;
+}
+
+template <ldi::colour_inpainter Inpainter>
+ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const std::filesystem::path& model,
+                     const ldi::observer& watcher) {
+    const ldi::serial_executor one_thread;
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = p.is_inverse_depth;
+    if (p.disparity.size() > 0)
+        return ldi::make_photo3d(p.photo, ldi::given_disparity{p.disparity}, inpainter, options, one_thread, watcher);
+    return ldi::make_photo3d(p.photo, ldi::load_tiefenrausch(model), inpainter, options, one_thread, watcher);
+}
+
+/// The process must be fresh: memory is only measured while the system gets back what stages free.
+template <ldi::colour_inpainter Inpainter>
+void print_sizes(const Inpainter& inpainter) {
+    const std::filesystem::path model = std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model";
+    std::vector<sized_photo> photos = sized_photos();
+    if (!std::filesystem::exists(model)) photos.resize(1);
+    std::printf(
+        "\n### Size\n\n| photo | size | GLB, kB | texture, kB | triangles | charts | atlas | filled |\n"
+        "|---|---|---|---|---|---|---|---|\n");
+    stage_memory memory;
+    for (const sized_photo& p : photos) {
+        const ldi::photo3d made = convert(p, inpainter, model, memory.watcher());
+        const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.colour, 85);
+        ldi::glb_options options;
+        options.camera = made.camera;
+        std::printf("| %s | %d x %d | %zu | %zu | %zu | %zu | %zu x %zu | %.0f %% |\n", p.name.c_str(), made.camera.width,
+                    made.camera.height, ldi::encode_glb(made.mesh, jpeg, options).size() / 1000, jpeg.size() / 1000,
+                    made.mesh.triangle_count(), made.charts.charts.size(), ldi::width(made.atlas.colour),
+                    ldi::height(made.atlas.colour), 100.0 * static_cast<double>(made.atlas.fill));
+    }
+#if defined(__GLIBC__)
+    // As the program does: what the system charges for new pages is not the stages' work.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+    std::map<std::string, std::vector<double>> times;
+    std::vector<std::string> order;
+    for (int round = 0; round < 3; ++round)
+        for (const sized_photo& p : photos) {
+            ldi::examples::stage_clock clock(true);
+            convert(p, inpainter, model, clock.watcher());
+            clock.finish();
+            for (const auto& [stage, milliseconds] : clock.stages()) {
+                if (times.count(stage) == 0) order.push_back(stage);
+                times[stage].push_back(milliseconds);
+            }
+        }
+    std::printf(
+        "\n### Time and memory, one thread, all of these photos\n\n| stage | median, ms | fewest, ms | peak of the process, MB "
+        "|\n|---|---|---|---|\n");
+    for (const std::string& stage : order) {
+        std::vector<double>& t = times[stage];
+        std::sort(t.begin(), t.end());
+        const auto peak = memory.megabytes().find(stage);
+        const std::string most = peak == memory.megabytes().end() ? "not known here" : std::to_string(peak->second);
+        std::printf("| %s | %.1f | %.1f | %s |\n", stage.c_str(), t[t.size() / 2], t[0], most.c_str());
+    }
+}
+
+}  // namespace ldi_quality
