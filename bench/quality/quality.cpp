@@ -6,8 +6,10 @@
 #include "subjects.hpp"
 
 #include <ldi/io/farbrausch_file.hpp>
+#include <ldi/io/safetensors.hpp>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -25,9 +27,19 @@ struct arguments {
     bool views = true, sizes = true;
 };
 
+/// How long the network was trained, as its file says.
+std::string training_of(const std::filesystem::path& file) {
+    const ldi::named_tensors tensors = ldi::decode_safetensors(ldi::read_file(file), file.string());
+    const auto found = tensors.metadata.find("provenance");
+    const nlohmann::json text =
+        found == tensors.metadata.end() ? nlohmann::json() : nlohmann::json::parse(found->second, nullptr, false);
+    if (!text.is_object() || !text.contains("steps") || !text.contains("processor_hours")) return "of unknown training";
+    return "trained for " + text["steps"].dump() + " steps, " + text["processor_hours"].dump() + " hours of one processor";
+}
+
 void run(const arguments& a) {
     const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model);
-    std::printf("Farbrausch: %s\n", a.inpainting_model.filename().string().c_str());
+    std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
     if (!a.views) return;
 
