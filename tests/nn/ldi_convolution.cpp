@@ -24,7 +24,7 @@ floats random_floats(std::mt19937& random, std::size_t count) {
 }
 
 /// A source with what it points to.
-struct tensor {
+struct input_tensor {
     floats values;
     std::size_t channels;
     indices rows;
@@ -63,14 +63,14 @@ struct value_and_scale {
 };
 
 /// One output, from exploration and in double precision.
-value_and_scale by_definition(const graph& g, std::int32_t pixel, const layer& l, const std::vector<tensor>& tensors,
+value_and_scale by_definition(const graph& g, std::int32_t pixel, const layer& l, const std::vector<input_tensor>& tensors,
                               std::size_t output, bool is_partial, bool& is_masked) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
     indices window(elements);
     gather_window(g, pixel, l.kernel_size, window);
     double sum = 0, scale = 0, counted = 0;
     std::size_t first = 0;
-    for (const tensor& t : tensors) {
+    for (const input_tensor& t : tensors) {
         for (std::size_t e = 0; e < elements; ++e) {
             const std::int32_t row = t.row_of(window[e]);
             if (row == no_pixel) continue;
@@ -98,10 +98,11 @@ struct outcome {
     std::vector<std::uint8_t> mask;
 };
 
-outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const std::vector<tensor>& tensors, bool is_partial) {
+outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const std::vector<input_tensor>& tensors,
+            bool is_partial) {
     serial_executor threads;
     std::vector<convolution_source> sources;
-    for (const tensor& t : tensors) sources.push_back(t.source());
+    for (const input_tensor& t : tensors) sources.push_back(t.source());
     outcome result{floats(plan.output_count * weights.outputs, untouched), std::vector<std::uint8_t>(plan.output_count, 99)};
     if (is_partial)
         convolve_partially(plan, weights, sources, result.values, result.mask, threads);
@@ -133,7 +134,7 @@ std::size_t some_channels(std::mt19937& random, std::int32_t most) {
 
 /// The whole result near the definition, a restricted plan's the same bits, on every instruction set.
 void check_everywhere(const graph& g, const convolution_plan& plan, const indices& centres, const layer& l,
-                      const std::vector<tensor>& tensors, bool is_partial, std::mt19937& random) {
+                      const std::vector<input_tensor>& tensors, bool is_partial, std::mt19937& random) {
     const indices subset = random_subset(random, plan.output_count);
     std::vector<bool> is_chosen(plan.output_count);
     for (const std::int32_t o : subset) is_chosen[static_cast<std::size_t>(o)] = true;
@@ -172,7 +173,7 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
         const graph& g = layers.topology;
         const layer l =
             random_layer(random, 1 + 2 * testing::below(random, 4), some_channels(random, 9), some_channels(random, 50));
-        const std::vector<tensor> tensors{{random_floats(random, g.size() * l.inputs), l.inputs, {}, {}}};
+        const std::vector<input_tensor> tensors{{random_floats(random, g.size() * l.inputs), l.inputs, {}, {}}};
         if (testing::chance(random, 50)) {
             check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, false, random);
         } else {
@@ -186,7 +187,7 @@ TEST_CASE("a partial convolution is scaled by what is not masked, over all sourc
     testing::for_random_graphs(41, 600, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         const coarsened coarse = coarsen(g);
-        std::vector<tensor> tensors;
+        std::vector<input_tensor> tensors;
         if (testing::chance(random, 60)) {  // what lies above, upsampled
             const std::size_t channels = some_channels(random, 7), count = coarse.kept.size();
             tensors.push_back({random_floats(random, count * channels), channels, parents_in_group(g, coarse), {}});
@@ -197,7 +198,7 @@ TEST_CASE("a partial convolution is scaled by what is not masked, over all sourc
         if (testing::chance(random, 50)) tensors.back().mask = random_mask(random, g.size());
 
         std::size_t inputs = 0;
-        for (const tensor& t : tensors) inputs += t.channels;
+        for (const input_tensor& t : tensors) inputs += t.channels;
         const layer l = random_layer(random, 1 + 2 * testing::below(random, 4), inputs, some_channels(random, 50));
         if (testing::chance(random, 70))
             check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, true, random);
@@ -212,7 +213,7 @@ TEST_CASE("on an image a convolution is that of images, zero beyond the border")
     const graph g = make_grid(width, height);
     for (const std::int32_t k : {3, 5, 7}) {
         const layer l = random_layer(random, k, 6, 20);
-        const tensor t{random_floats(random, g.size() * 6), 6, {}, {}};
+        const input_tensor t{random_floats(random, g.size() * 6), 6, {}, {}};
         for (const isa target : ldi_test::available_isas()) {
             const floats result = run(plan_convolution(g, k), packed(l, target), {t}, false).values;
             double worst = 0;
@@ -243,7 +244,7 @@ TEST_CASE("the bits of a result depend neither on the threads nor on what surrou
     graph cut = g;  // the silhouettes make all pixels beside them irregular, and change few windows
     for (std::int32_t i = 0; i < 320 * 48; i += 5) cut.unlink(i, side::left), cut.unlink(i + 2, side::up);
     const layer l = random_layer(random, 5, 4, 37);
-    const tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
+    const input_tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
     const convolution_source source = t.source();
     for (const isa target : ldi_test::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
@@ -275,7 +276,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
     std::mt19937 random(44);
     const graph g = make_grid(300, 40);
     const layer l = random_layer(random, 3, 9, 21);
-    tensor t{random_floats(random, g.size() * 9), 9, {}, {}};
+    input_tensor t{random_floats(random, g.size() * 9), 9, {}, {}};
     for (const isa target : ldi_test::available_isas()) {
         t.mask.clear();
         const outcome without = run(plan_convolution(g, 3), packed(l, target), {t}, true);
@@ -295,7 +296,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
 TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
-    tensor t{floats(81, 3.0F), 1, {}, std::vector<std::uint8_t>(81, 0)};
+    input_tensor t{floats(81, 3.0F), 1, {}, std::vector<std::uint8_t>(81, 0)};
     t.mask[40] = 1;
     const outcome result = run(plan_convolution(g, 3), packed(l, best_isa()), {t}, true);
     CHECK(result.values[0] == 0.0F);
