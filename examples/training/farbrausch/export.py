@@ -9,6 +9,7 @@ import argparse
 import hashlib
 import json
 import os
+import sys
 
 import numpy as np
 import torch
@@ -16,38 +17,8 @@ import torch
 import data
 import model
 
-CODES = {np.dtype(np.float16): "F16", np.dtype(np.float32): "F32", np.dtype(np.int32): "I32", np.dtype(np.uint8): "U8"}
-
-
-def write_safetensors(path, tensors, metadata):
-    """Eight bytes of header length, a JSON header (padded with spaces to a multiple of 8), then the tensors one after another,
-    little-endian and row-major. metadata: strings to strings."""
-    header, offset = {"__metadata__": metadata}, 0
-    for name, tensor in tensors.items():
-        header[name] = {"dtype": CODES[tensor.dtype], "shape": list(tensor.shape), "data_offsets": [offset, offset + tensor.nbytes]}
-        offset += tensor.nbytes
-    text = json.dumps(header, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 8)
-    with open(path + ".part", "wb") as file:
-        file.write(np.array(len(text), "<u8").tobytes())
-        file.write(text)
-        for tensor in tensors.values():
-            file.write(np.ascontiguousarray(tensor).tobytes())
-    os.replace(path + ".part", path)
-
-
-def read_safetensors(path):
-    """(tensors, metadata)"""
-    dtypes = {code: dtype for dtype, code in CODES.items()}
-    with open(path, "rb") as file:
-        header = json.loads(file.read(int(np.frombuffer(file.read(8), "<u8")[0])))
-        body = file.read()
-    metadata = header.pop("__metadata__", {})
-    tensors = {}
-    for name, entry in header.items():
-        begin, end = entry["data_offsets"]
-        tensors[name] = np.frombuffer(body[begin:end], dtypes[entry["dtype"]]).reshape(entry["shape"])
-    return tensors, metadata
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from weight_files import read_safetensors, write_safetensors  # noqa: E402
 
 
 def layers(net):

@@ -12,10 +12,12 @@ import torch
 import torch.nn.functional as F
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parents[2] / "examples/training/tiefenrausch_small"))
+TRAINING = FOLDER.parents[2] / "examples/training"
+sys.path[:0] = [str(TRAINING), str(TRAINING / "tiefenrausch_small")]
 import export  # noqa: E402
 import model  # noqa: E402
 import quantise  # noqa: E402
+from weight_files import write_safetensors  # noqa: E402
 
 torch.manual_seed(0)
 model.CHANNELS, model.CHANNELS_UP = (4, 6, 8, 8, 8, 8), (4, 5, 8, 8, 8, 8)
@@ -29,8 +31,8 @@ with torch.no_grad():
         bias.add_(torch.randn_like(bias) * 0.05)
 tensors, metadata = export.tensors_of(net), {"format": "ldi", "name": "tiefenrausch_small", "version": "1",
                                              "operator_names": " ".join(op.name for op in net.operators)}
-export.write_safetensors(str(FOLDER / "tiefenrausch_weights.safetensors"), tensors, metadata)
+write_safetensors(str(FOLDER / "tiefenrausch_weights.safetensors"), tensors, metadata)
 rgb = photo[0].permute(1, 2, 0).numpy().astype("uint8")
 rgb[:8, :8], rgb[8:16, :8] = 0, 255
-export.write_safetensors(str(FOLDER / "tiefenrausch_example.safetensors"),
-                         {"photo": rgb, "log_disparity": export.Integers(tensors)(rgb)}, {"format": "ldi", "name": "example"})
+write_safetensors(str(FOLDER / "tiefenrausch_example.safetensors"),
+                  {"photo": rgb, "log_disparity": export.Integers(tensors)(rgb)}, {"format": "ldi", "name": "example"})

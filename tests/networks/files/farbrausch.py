@@ -15,9 +15,11 @@ import numpy as np
 import torch
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parents[2] / "examples/training/farbrausch"))
+TRAINING = FOLDER.parents[2] / "examples/training"
+sys.path[:0] = [str(TRAINING), str(TRAINING / "farbrausch")]
 import export  # noqa: E402
 import model  # noqa: E402
+from weight_files import write_safetensors  # noqa: E402
 
 FEW_CHANNELS, ALL_CHANNELS = (6, 8, 10, 12, 14), model.CHANNELS
 
@@ -112,7 +114,7 @@ def write_case(name, net, image, known, exists, with_fills=False):
     if with_fills:
         tensors |= {"fill": fill[exists], "tone": tone[exists]}
     path = FOLDER / f"farbrausch_{name}.safetensors"
-    export.write_safetensors(str(path), tensors, {"format": "ldi", "layout": "image: channel, row, column; output, fill, tone: pixel, channel"})
+    write_safetensors(str(path), tensors, {"format": "ldi", "layout": "image: channel, row, column; output, fill, tone: pixel, channel"})
     change = np.abs(output - fill)[hole]
     print(f"{path.name}: {path.stat().st_size} bytes, {hole.sum()} pixels in holes, output - fill up to {change.max():.2f}, mean {change.mean():.3f}")
 
@@ -125,7 +127,7 @@ def rectangle(mask, top, left, bottom, right, value):
 def main():
     torch.set_num_threads(1)
     weights = FOLDER / "farbrausch_weights.safetensors"
-    export.write_safetensors(str(weights), export.folded_tensors(random_network(1), "float16"), {
+    write_safetensors(str(weights), export.folded_tensors(random_network(1), "float16"), {
         "format": "ldi", "name": "farbrausch", "architecture": export.json.dumps(export.architecture())})
     print(f"{weights.name}: {weights.stat().st_size} bytes")
     with_channels(FEW_CHANNELS)

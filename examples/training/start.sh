@@ -1,16 +1,16 @@
 #!/bin/sh
-# Starts the training, or goes on with it, in the background on processor time that nobody else wants.
-#   start.sh PHOTOS FOLDER [options of train.py]
+# Starts a training, or goes on with it, in the background on processor time that nobody else wants.
+#   start.sh RECIPE FOLDER [options of RECIPE/train.py]      RECIPE: farbrausch or tiefenrausch_small; FOLDER: for all that is written
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
-photos=$1 folder=$2
+recipe=$1 folder=$2
 shift 2
 mkdir -p "$folder"
 rm -f "$folder/stop"
 # Without these the C library gives every large tensor back to the system and gets it again, page by page: a fifth of the time.
 export MALLOC_TRIM_THRESHOLD_=8000000000 MALLOC_MMAP_THRESHOLD_=8000000000
 export PYTHONDONTWRITEBYTECODE=1
-setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/train.py" --photos "$photos" --out "$folder" "$@" \
+setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/$recipe/train.py" --out "$folder" "$@" \
     >> "$folder/output.txt" 2>&1 < /dev/null &
 echo $! > "$folder/pid"
 echo "process $(cat "$folder/pid"); see $folder/output.txt and $folder/log.tsv"
