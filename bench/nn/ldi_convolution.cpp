@@ -1,7 +1,6 @@
 // Convolutions on the layered depth image of a real photo, 1152 x 1536 and expanded, beside the same on an image of as many
 // pixels; and the plans that they share. One thread. Without ../shared it is the shipped sample.
 #include <ldi/nn/ldi_convolution.hpp>
-#include <ldi/nn/upsample.hpp>
 
 #include "bench/support/converted_photo.hpp"
 
@@ -22,7 +21,7 @@ const ldi::graph& photo() {
 }
 
 const ldi::coarsened& coarse_photo() {
-    static const ldi::coarsened coarse = ldi::coarsen(photo());
+    static const ldi::coarsened coarse = ldi::coarsen(photo(), ldi::orphan_rule::stay);
     return coarse;
 }
 
@@ -109,9 +108,8 @@ void masked(benchmark::State& state, const layer& l) {
 void decoder(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
     const std::size_t beside = l.inputs / 3, above = l.inputs - beside;
-    const std::vector<std::int32_t> parents = ldi::parents_in_group(g, coarse_photo());
     const std::vector<float> coarse = random_floats(coarse_photo().kept.size() * above), fine = random_floats(g.size() * beside);
-    const ldi::convolution_source sources[] = {{coarse, above, parents, {}}, {fine, beside, {}, {}}};
+    const ldi::convolution_source sources[] = {{coarse, above, coarse_photo().parent, {}}, {fine, beside, {}, {}}};
     measure(state, l, g, sources);
 }
 

@@ -34,7 +34,6 @@
 #include <ldi/nn/pixel_subset.hpp>
 #include <ldi/nn/quantized_network.hpp>
 #include <ldi/nn/quantized_weights.hpp>
-#include <ldi/nn/upsample.hpp>
 #include <ldi/nn/weights.hpp>
 
 #include <ldi/networks/farbrausch.hpp>

@@ -117,9 +117,21 @@ TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
             REQUIRE(stayed.parent[i] == (corner == no_pixel ? no_pixel : adopted.parent[static_cast<std::size_t>(corner)]));
-            if (stayed.parent[i] != no_pixel) REQUIRE(adopted.parent[i] == stayed.parent[i]);
+            if (stayed.parent[i] == no_pixel) continue;
+            REQUIRE(adopted.parent[i] == stayed.parent[i]);
+            const std::size_t above = static_cast<std::size_t>(stayed.kept[static_cast<std::size_t>(stayed.parent[i])]);
+            REQUIRE(g.x[above] == g.x[i] / 2 * 2);
+            REQUIRE(g.y[above] == g.y[i] / 2 * 2);
         }
+        for (const std::int32_t kept : stayed.kept) REQUIRE(stayed.parent[static_cast<std::size_t>(kept)] != no_pixel);
     });
+}
+
+TEST_CASE("a pixel cut off from its group's corner adopts a parent beside it, or stays without") {
+    graph g = make_grid(5, 2);
+    g.unlink(3, side::left), g.unlink(3, side::down);
+    CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g, orphan_rule::stay).parent == std::vector<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
 TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
