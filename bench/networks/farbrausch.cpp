@@ -1,11 +1,12 @@
-// The inpainting network on layered images, one thread: milliseconds of every step, the share of pixels that are computed at
-// every level, and the peak of its working memory.
+// The inpainting network on layered images, one thread, with every arithmetic that this machine has: milliseconds of every step,
+// the share of pixels that are computed at every level, the peak of its working memory, and how far the inpainted colours are
+// from those in float32.
 //
-//   ldi_bench_networks_farbrausch                a real photo at 1152 x 1536, and the shipped sample, most of whose objects hide
-//   something ldi_bench_networks_farbrausch LONG_SIDE...   the photo at these sizes, a line each, for a plot
-//
-// The weights are random: their values change nothing in the time.
+//   ldi_bench_networks_farbrausch                 a real photo at 1152 x 1536, and the shipped sample, most of whose objects
+//                                                 hide something
+//   ldi_bench_networks_farbrausch LONG_SIDE...    the photo at these sizes, a line each, for a plot
 #include <bench/support/converted_photo.hpp>
+#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/layers/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
 
@@ -18,7 +19,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <new>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,24 +55,14 @@ using clock = std::chrono::steady_clock;
 
 double milliseconds(clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); }
 
-ldi::named_tensors random_weights(const ldi::farbrausch_architecture& a) {
-    ldi::named_tensors weights;
-    std::mt19937 random(1);
-    const auto add = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::size_t k) {
-        const float spread = 2.0F / std::sqrt(static_cast<float>(inputs * k * k));
-        std::uniform_real_distribution<float> value(-spread, spread);
-        std::vector<float> w(outputs * inputs * k * k);
-        for (float& v : w) v = value(random);
-        weights.tensors[name + ".weight"] = {{outputs, inputs, k, k}, std::move(w)};
-        weights.tensors[name + ".bias"] = {{outputs}, std::vector<float>(outputs, 0.0F)};
-    };
-    const std::size_t depth = a.channels.size();
-    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
-    for (std::size_t i = 0; i < depth; ++i) {
-        add("encoder." + std::to_string(i), skip(i), a.channels[i], static_cast<std::size_t>(a.kernels[i]));
-        add("decoder." + std::to_string(depth - 1 - i), a.channels[i] + skip(i), i == 0 ? 3 : skip(i), 3);
-    }
-    return weights;
+ldi::farbrausch network_with(ldi::arithmetic kind) {
+    return ldi::load_farbrausch(std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors", kind);
+}
+
+std::vector<ldi::arithmetic> available_arithmetics() {
+    std::vector<ldi::arithmetic> kinds{ldi::arithmetic::float32};
+    if (ldi::multiplies_bfloat16(ldi::best_isa())) kinds.push_back(ldi::arithmetic::bfloat16);
+    return kinds;
 }
 
 struct measurement {
@@ -157,15 +147,36 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     std::printf("\n%.2f GMAC\n", products_in_all / 1e9);
 }
 
-void run(const ldi::farbrausch& network, const char* name, const ldi::photo_layers& layers, int runs, bool in_detail) {
-    const measurement m = measure(network, layers, runs);
-    if (in_detail) print_steps(network, layers, m);
+/// Of the inpainted colours to those in float32, in dB.
+double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausch& exact, const ldi::photo_layers& layers) {
+    ldi::serial_executor serial;
     const std::vector<std::uint8_t> unknown = unknown_of(layers);
-    std::printf("%s, %d x %d, %zu pixels, %zu unknown: median %.1f ms, fewest %.1f; peak %.1f MB\n", name, layers.topology.width,
-                layers.topology.height, layers.size(),
-                static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})), median(m.whole),
-                *std::min_element(m.whole.begin(), m.whole.end()), static_cast<double>(m.peak_bytes) / 1e6);
-    std::fflush(stdout);
+    const std::vector<float> a = network.colours(layers, unknown, serial), b = exact.colours(layers, unknown, serial);
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += std::pow(double{std::clamp(a[i], 0.0F, 1.0F)} - double{std::clamp(b[i], 0.0F, 1.0F)}, 2.0);
+    return -10.0 * std::log10(sum / static_cast<double>(a.size()));
+}
+
+void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_detail) {
+    const std::vector<std::uint8_t> unknown = unknown_of(layers);
+    const ldi::farbrausch exact = network_with(ldi::arithmetic::float32);
+    for (const ldi::arithmetic kind : in_detail ? available_arithmetics() : std::vector{ldi::arithmetic::float32}) {
+        const ldi::farbrausch network = network_with(kind);
+        const measurement m = measure(network, layers, runs);
+        if (in_detail) print_steps(network, layers, m);
+        std::printf("%s, %d x %d, %zu pixels, %zu unknown, %s: median %.1f ms, fewest %.1f; peak %.1f MB", name,
+                    layers.topology.width, layers.topology.height, layers.size(),
+                    static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})),
+                    std::string(to_string(kind)).c_str(), median(m.whole), *std::min_element(m.whole.begin(), m.whole.end()),
+                    static_cast<double>(m.peak_bytes) / 1e6);
+        if (kind == ldi::arithmetic::float32)
+            std::printf("\n");
+        else
+            std::printf("; %.1f dB from float32\n", peak_signal_to_noise(network, exact, layers));
+        if (in_detail) std::printf("\n");
+        std::fflush(stdout);
+    }
 }
 
 ldi::photo_layers photo_at(std::size_t long_side) {
@@ -185,11 +196,9 @@ ldi::photo_layers sample() {
 }  // namespace
 
 int main(int count, char** values) {
-    const ldi::farbrausch network(random_weights({}));
-    for (int i = 1; i < count; ++i) run(network, "photo", photo_at(std::strtoul(values[i], nullptr, 10)), 5, false);
+    for (int i = 1; i < count; ++i) run("photo", photo_at(std::strtoul(values[i], nullptr, 10)), 5, false);
     if (count > 1) return 0;
-    run(network, "photo", photo_at(1536), 15, true);
-    std::printf("\n");
-    run(network, "sample", sample(), 9, true);
+    run("photo", photo_at(1536), 15, true);
+    run("sample", sample(), 9, true);
     return 0;
 }

@@ -40,8 +40,13 @@ struct arguments {
     float field_of_view = 0.0F;
     int quality = 85;
     std::string inpaint;  // empty: as there are weights or not
+    std::string arithmetic = "float32";
     ldi::examples::video_options video;
 
+    ldi::arithmetic inpainting_arithmetic() const {
+        if (arithmetic == "fastest") return ldi::fastest_arithmetic();
+        return arithmetic == "bfloat16" ? ldi::arithmetic::bfloat16 : ldi::arithmetic::float32;
+    }
     bool inpaints_by_network() const { return inpaint.empty() ? !inpainting_model.empty() : inpaint == "network"; }
 };
 
@@ -72,6 +77,11 @@ void describe(CLI::App& app, arguments& a) {
     app.add_option("--inpaint", a.inpaint,
                    "how hidden surfaces get their colours: network (the default where there are weights) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
+    app.add_option(
+           "--arithmetic", a.arithmetic,
+           "what the inpainting network computes with: float32, bfloat16 (faster, on processors that have it), or fastest")
+        ->check(CLI::IsMember({"float32", "bfloat16", "fastest"}))
+        ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
         ->check(CLI::Range(16, 16384))
         ->capture_default_str();
@@ -129,7 +139,7 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
     if (!a.inpaints_by_network()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
     if (a.inpainting_model.empty()) ldi::raise(ldi::error_code::invalid_option, "photo3d", "--inpainting-model FILE", "none");
     clock.begin("reading inpainting network");
-    const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model);
+    const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
     return convert(a, photo, inpainter, clock);
 }
 

@@ -1382,6 +1382,7 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #if LDI_HAS_X86_KERNELS
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
+#define LDI_AVX512BF16_FEATURES LDI_AVX512VNNI_FEATURES ",avx512bf16"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
 #endif
 #if LDI_HAS_ARM_KERNELS
@@ -1535,6 +1536,15 @@ inline bool is_available(isa set) {
 #endif
         default: return false;
     }
+}
+
+/// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
+/// AVX-512 (AVX512_BF16: Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
+inline bool multiplies_bfloat16(isa set) {
+#if LDI_HAS_X86_KERNELS
+    if (without_tiles(set) == isa::avx512vnni) return __builtin_cpu_supports("avx512bf16");
+#endif
+    return set == isa::scalar;
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
@@ -2485,6 +2495,34 @@ image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t r
 
 }  // namespace ldi
 
+// ---- ldi/kernels/bfloat16.hpp
+// bfloat16: the upper half of a float32, that is its sign, its exponent and 8 significant bits.
+
+namespace ldi {
+
+struct bfloat16 {
+    std::uint16_t bits = 0;
+
+    friend bool operator==(bfloat16, bfloat16) = default;
+};
+
+constexpr float to_float(float value) { return value; }
+inline float to_float(bfloat16 value) {
+    const std::uint32_t bits = std::uint32_t{value.bits} << 16;
+    float result = 0.0F;
+    std::memcpy(&result, &bits, sizeof result);
+    return result;
+}
+
+/// The nearest one, of two the even one; within 2^-9 of the value. What is not a number may become infinite.
+inline bfloat16 to_bfloat16(float value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    return {static_cast<std::uint16_t>((bits + 0x7FFFU + (bits >> 16 & 1U)) >> 16)};
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/detail/aligned_vector.hpp
 // A vector whose first value lies on a cache line, so that no load of packed weights straddles two.
 
@@ -2533,8 +2571,9 @@ struct panel_cut {
 
 }  // namespace ldi::detail
 
-// ---- ldi/kernels/detail/conv_f32_weights.hpp
-// The packed weights of kernels/conv_f32.hpp, and what packing has in common on all instruction sets.
+// ---- ldi/kernels/detail/conv_weights.hpp
+// The packed weights of kernels/conv_f32.hpp and kernels/conv_bf16.hpp, and what packing has in common in all arithmetics and on
+// all instruction sets.
 
 namespace ldi {
 
@@ -2546,29 +2585,36 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order that conv_f32() reads them. Only pack_conv_f32() makes sound ones.
-struct conv_f32_weights {
+/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() and its like make sound ones.
+template <class Value>
+struct conv_weights {
+    using value_type = Value;  ///< of the inputs too
+
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
-    detail::aligned_vector<float> values;
+    detail::aligned_vector<Value> values;
     detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
 };
+using conv_f32_weights = conv_weights<float>;
+using conv_bf16_weights = conv_weights<bfloat16>;
 
 /// What a kernel reads for one panel of outputs.
+template <class Value>
 struct conv_panel_input {
-    const float* const* rows;
+    const Value* const* rows;
     std::size_t row_count, inputs, pixel_stride;
-    const float* weights;
+    const Value* weights;
 };
 
 /// What a kernel does with the sums of one panel.
+template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
     std::size_t stride;  ///< values from pixel to pixel
     std::size_t count;   ///< outputs from here on, to the last of the layer
-    float* values;
+    Result* values;
 
     /// Goes on to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
@@ -2576,25 +2622,376 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// Panel by panel, row by row, input by input: the weights of a panel's outputs side by side, zeros behind the last one.
+/// How many groups of inputs that are multiplied together a stretch has, the last one perhaps in part.
+constexpr std::size_t groups_of(std::size_t inputs, std::size_t group) { return (inputs + group - 1) / group; }
+
+/// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
+/// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
 ///
 /// weights  outputs x rows x inputs, row-major
-inline void append_conv_f32_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                                   std::size_t lanes, std::size_t most_vectors) {
+template <std::size_t group, class Value>
+inline void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
+                               std::size_t lanes, std::size_t most_vectors) {
     const panel_cut cut(packed.outputs, lanes, most_vectors);
-    const std::size_t inputs = packed.rows * packed.inputs;
+    const std::size_t inputs = packed.inputs;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t i = 0; i < inputs; ++i)
-            for (std::size_t o = first; o < last; ++o)
-                packed.values.push_back(o < packed.outputs ? weights[o * inputs + i] : 0.0F);
+        for (std::size_t r = 0; r < packed.rows; ++r)
+            for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
+                for (std::size_t o = first; o < last; ++o)
+                    for (std::size_t g = i; g < i + group; ++g)
+                        packed.values.push_back(o < packed.outputs && g < inputs ? weights[(o * packed.rows + r) * inputs + g]
+                                                                                 : Value{});
         for (std::size_t o = first; o < last; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
         first = last;
     }
 }
 
 }  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/detail/conv_avx512.hpp
+// What kernels/conv_f32.hpp and its like have in common with AVX-512.
+//
+// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input, or group of inputs that are
+// multiplied together, the panel's weights are loaded and each pixel's inputs are spread over a vector, by the multiplication
+// itself where there is one vector only. 24 sums are under way where 4 (Zen 4) or 8 (Intel) would hide the latency: large tiles
+// save loads, and weights that do not fit the first-level cache.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512vnni {
+
+/// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
+/// processors that make two of each 512-bit instruction (Zen 4).
+inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_most_halves = 5;
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+/// The outputs of a panel for one pixel: whole vectors, and behind them half a vector where `half` is 1.
+template <std::size_t vectors, std::size_t half>
+struct conv_lanes {
+    __m512 whole[vectors == 0 ? 1 : vectors];
+    __m256 rest;
+};
+
+/// values  32 bits a lane
+template <std::size_t half, std::size_t... v>
+[[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
+    const float* const from = static_cast<const float*>(values);
+    conv_lanes<sizeof...(v), half> lanes{};
+    ((lanes.whole[v] = _mm512_loadu_ps(from + v * conv_whole)), ...);
+    if constexpr (half == 1) lanes.rest = _mm256_loadu_ps(from + sizeof...(v) * conv_whole);
+    return lanes;
+}
+
+/// The outputs among 16 lanes of the panel from `from` on.
+template <class Output>
+[[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
+    const std::size_t count = out.count > from ? out.count - from : 0;
+    return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
+}
+
+/// The value itself, of which the compiler no longer knows where it comes from.
+template <class T>
+[[gnu::always_inline]] inline T opaque(T value) {
+    asm("" : "+r"(value));
+    return value;
+}
+
+/// Every fourth pixel of a tile has a pointer, and those between are 1, 2 or 3 strides away: few enough for the general
+/// registers. Left to itself, the compiler keeps an offset for each pixel, most of them in memory.
+template <class Value, std::size_t pixels>
+struct conv_tile_pointers {
+    const Value* every_fourth[(pixels + 3) / 4];
+    std::size_t stride, three_strides;
+
+    template <std::size_t p>
+    [[gnu::always_inline]] const Value* at() const {
+        const Value* const base = every_fourth[p / 4];
+        return p % 4 == 3 ? base + three_strides : base + p % 4 * stride;
+    }
+};
+
+/// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
+template <class Store, std::size_t half, class Output, std::size_t... v>
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                          const Output& out, std::size_t pixel) {
+    const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+    const __m512 slope = _mm512_set1_ps(out.negative_slope);
+    __m512 values{};
+    ((values = _mm512_fmadd_ps(sums.whole[v], ratio, _mm512_loadu_ps(out.bias + v * conv_whole)),
+      Store::store(out, pixel, v * conv_whole, _mm512_max_ps(_mm512_mul_ps(values, slope), values))),
+     ...);
+    if constexpr (half == 1) {
+        constexpr std::size_t from = sizeof...(v) * conv_whole;
+        const __m256 rest = _mm256_fmadd_ps(sums.rest, _mm512_castps512_ps256(ratio), _mm256_loadu_ps(out.bias + from));
+        values = _mm512_castps256_ps512(rest);
+        Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+    }
+}
+
+/// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.
+template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
+}
+
+/// Panel by panel.
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
+    const detail::panel_cut cut(weights.outputs, conv_half, conv_most_halves);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
+        switch (halves) {
+            case 1: conv_panel<Kernel, 24, 0, 1>(input, 0, pixels, out); break;
+            case 2: conv_panel<Kernel, 24, 1, 0>(input, 0, pixels, out); break;
+            case 3: conv_panel<Kernel, 12, 1, 1>(input, 0, pixels, out); break;
+            case 4: conv_panel<Kernel, 12, 2, 0>(input, 0, pixels, out); break;
+            default: conv_panel<Kernel, 8, 2, 1>(input, 0, pixels, out); break;
+        }
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/conv_bf16_avx512bf16.hpp
+// kernels/conv_bf16.hpp with AVX512_BF16: vdpbf16ps makes two products for each lane.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512bf16 {
+
+using namespace avx512vnni;  // tiles and panels are those of all AVX-512 kernels
+
+inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
+    detail::append_conv_panels<2>(packed, weights, bias, conv_half, conv_most_halves);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+struct conv_bf16_store {
+    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                             __m512 values) {
+        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    }
+
+    /// As to_bfloat16() rounds.
+    [[gnu::always_inline]] static void store(const conv_panel_output<bfloat16>& out, std::size_t pixel, std::size_t from,
+                                             __m512 values) {
+        const __m512i bits = _mm512_castps_si512(values);
+        const __m512i last_bit = _mm512_and_si512(_mm512_srli_epi32(bits, 16), _mm512_set1_epi32(1));
+        const __m512i rounded = _mm512_add_epi32(_mm512_add_epi32(bits, _mm512_set1_epi32(0x7FFF)), last_bit);
+        _mm256_mask_storeu_epi16(out.values + pixel * out.stride + from, existing_outputs(out, from),
+                                 _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
+    }
+};
+
+LDI_END_TARGET
+
+LDI_BEGIN_TARGET(LDI_AVX512BF16_FEATURES)
+
+struct conv_bf16_kernel {
+    static constexpr std::size_t group = 2;  // inputs that are multiplied together
+
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
+                                                    std::int32_t pair, const conv_lanes<sizeof...(v), half>& weights) {
+        if constexpr (sizeof...(v) == 0) {
+            sums.rest = _mm256_dpbf16_ps(sums.rest, (__m256bh)weights.rest, (__m256bh)_mm256_set1_epi32(pair));
+        } else {
+            __m512i x = _mm512_set1_epi32(pair);
+            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
+            ((sums.whole[v] = _mm512_dpbf16_ps(sums.whole[v], (__m512bh)weights.whole[v], (__m512bh)x)), ...);
+            if constexpr (half == 1)
+                sums.rest = _mm256_dpbf16_ps(sums.rest, (__m256bh)weights.rest, (__m256bh)_mm512_castsi512_si256(x));
+        }
+    }
+
+    [[gnu::always_inline]] static std::int32_t load_pair(const bfloat16* values) {
+        std::int32_t pair = 0;
+        std::memcpy(&pair, values, sizeof pair);
+        return pair;
+    }
+
+    template <std::size_t half, class Result, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<bfloat16>& input,
+                     std::size_t first_pixel, const conv_panel_output<Result>& out) {
+        conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
+        constexpr std::size_t lanes = sizeof...(v) * conv_whole + half * conv_half;
+        const std::size_t stride = input.pixel_stride, pairs = input.inputs / 2;
+        const bfloat16* weights = input.weights;
+        const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);  // as with float32
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const bfloat16* const x = input.rows[r] + first_pixel * stride;
+            const bfloat16* next_tile = x + sizeof...(p) * stride;
+            conv_tile_pointers<bfloat16, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
+            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
+            for (std::size_t i = 0; i < pairs; ++i) {
+                const auto w = load_conv_lanes<half>(vectors, weights);
+                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+                (multiply_add<half>(vectors, sums[p], load_pair(pointers.template at<p>()), w), ...);
+                ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] += group) : void()), ...);
+                next_tile += fetch;
+                weights += group * lanes;
+            }
+            if (input.inputs % 2 != 0) {  // what lies behind the last input is nobody's, perhaps not even a number
+                const auto w = load_conv_lanes<half>(vectors, weights);
+                (multiply_add<half>(vectors, sums[p], pointers.template at<p>()->bits, w), ...);
+                weights += group * lanes;
+            }
+        }
+        (finish<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
+    }
+};
+
+LDI_END_TARGET
+
+/// Result: float or bfloat16.
+template <class Result>
+void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+               const float* ratios, Result* result) {
+    conv_panels<conv_bf16_kernel>(
+        weights, conv_panel_input<bfloat16>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<Result>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+}
+
+}  // namespace ldi::avx512bf16
+
+#endif
+
+// ---- ldi/kernels/conv_scalar.hpp
+// kernels/conv_f32.hpp and kernels/conv_bf16.hpp in portable C++.
+
+namespace ldi::scalar {
+
+/// Outputs that lie side by side in memory. Compilers make vectors of them.
+inline constexpr std::size_t conv_panel = 8;
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+}
+
+/// The sums of `pixels` pixels with one panel of weights.
+template <std::size_t pixels, class Value, class Result>
+inline void conv_tile(const conv_weights<Value>& weights, const Value* const* rows, std::size_t offset, std::size_t pixel_stride,
+                      std::size_t first_output, const float* ratios, Result* result) {
+    float sums[pixels][conv_panel] = {};
+    const Value* values = weights.values.data() + first_output * weights.rows * weights.inputs;
+    for (std::size_t r = 0; r < weights.rows; ++r) {
+        const Value* const input = rows[r] + offset;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const float x = to_float(input[p * pixel_stride + i]);
+                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] += x * to_float(values[o]);
+            }
+    }
+    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) {
+            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
+            const float value = sums[p][o] * ratio + weights.bias[first_output + o];
+            const float activated = value > 0.0F ? value : value * weights.negative_slope;
+            if constexpr (std::is_same_v<Result, bfloat16>)
+                result[p * weights.outputs + first_output + o] = to_bfloat16(activated);
+            else
+                result[p * weights.outputs + first_output + o] = activated;
+        }
+}
+
+template <class Value, class Result>
+inline void conv_by_panels(const conv_weights<Value>& weights, const Value* const* rows, std::size_t pixel_stride,
+                           std::size_t pixels, const float* ratios, Result* result) {
+    constexpr std::size_t tile = 4;
+    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
+    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile)
+            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+        for (; p < pixels; ++p)
+            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+    }
+}
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+}
+
+template <class Result>
+void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+               const float* ratios, Result* result) {
+    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_bf16.hpp
+// k x k convolution of bfloat16 values, like kernels/conv_f32.hpp: half the memory, and twice the products an instruction. Sums,
+// bias, ratio and activation are float32. This header is the contract of the family; one file for each instruction set that has
+// such multiplications implements it, beside portable code.
+//
+// A pixel's result has the same bits however the pixels are cut into calls. A result is within 1e-5 times the sum of the absolute
+// values of what is added, and where it is rounded to bfloat16 within 2^-8 of itself, of the exact one, if neither values nor
+// products are below 2^-126 (those may count as zero): instruction sets add in different order, and round differently.
+
+namespace ldi {
+
+/// target   to pack for, one that multiplies_bfloat16()
+/// weights  outputs x rows x inputs, row-major, finite; rounded to bfloat16
+/// bias     outputs
+/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
+inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
+                                        activation after) {
+    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
+    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F && multiplies_bfloat16(target));
+    conv_bf16_weights packed;
+    packed.target = without_tiles(target);
+    packed.rows = rows;
+    packed.inputs = weights.size() / (bias.size() * rows);
+    packed.outputs = bias.size();
+    packed.negative_slope = after.negative_slope;
+    std::vector<bfloat16> rounded(weights.size());
+    std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
+#if LDI_HAS_X86_KERNELS
+    if (packed.target == isa::avx512vnni) {
+        avx512bf16::pack_conv_bf16(packed, rounded, bias);
+        return packed;
+    }
+#endif
+    scalar::pack_conv_bf16(packed, rounded, bias);
+    return packed;
+}
+
+/// result = activation(sum of weight * input * ratio + bias)
+///
+/// rows          where the first pixel's stretches of `inputs` values begin
+/// pixel_stride  values from a pixel's stretches to the next pixel's
+/// ratios        one a pixel; nullptr for 1
+/// result        pixels x outputs, row-major, float or bfloat16; must not overlap the input
+template <class Result>
+void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+               const float* ratios, Result* result) {
+#if LDI_HAS_X86_KERNELS
+    if (weights.target == isa::avx512vnni) return avx512bf16::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+    scalar::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
 }  // namespace ldi
 
 // ---- ldi/kernels/conv_f32_avx2.hpp
@@ -2610,7 +3007,7 @@ namespace ldi::avx2 {
 inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_width, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_width, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
@@ -2622,7 +3019,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
     const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -2633,15 +3030,15 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
 template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input& input,
-                          std::size_t first_pixel, const conv_panel_output& out) {
+inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                          std::size_t first_pixel, const conv_panel_output<float>& out) {
     __m256 sums[sizeof...(p) * sizeof...(v)] = {};
     const std::size_t stride = input.pixel_stride;
     const float* weights = input.weights;
@@ -2662,7 +3059,8 @@ inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> v
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -2672,8 +3070,8 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
         switch (vectors) {
@@ -2694,146 +3092,69 @@ LDI_END_TARGET
 
 // ---- ldi/kernels/conv_f32_avx512.hpp
 // kernels/conv_f32.hpp with AVX-512.
-//
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input the panel's weights are loaded and
-// each pixel's value is spread over a vector, by the multiplication itself where there is one vector only. 24 sums are under way
-// where 4 (Zen 4) or 8 (Intel) would hide the latency: large tiles save loads, and weights that do not fit the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::avx512vnni {
 
-/// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
-/// processors that make two of each 512-bit instruction (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_most_halves = 5;
-
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_half, conv_most_halves);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_half, conv_most_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, and behind them half a vector where `half` is 1.
-template <std::size_t vectors, std::size_t half>
-struct conv_lanes {
-    __m512 whole[vectors == 0 ? 1 : vectors];
-    __m256 rest;
-};
+struct conv_f32_kernel {
+    static constexpr std::size_t group = 1;  // inputs that are multiplied together
 
-template <std::size_t half, std::size_t... v>
-[[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const float* values) {
-    conv_lanes<sizeof...(v), half> lanes{};
-    ((lanes.whole[v] = _mm512_loadu_ps(values + v * conv_whole)), ...);
-    if constexpr (half == 1) lanes.rest = _mm256_loadu_ps(values + sizeof...(v) * conv_whole);
-    return lanes;
-}
-
-template <std::size_t half, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
-                                                const float* input, const conv_lanes<sizeof...(v), half>& weights) {
-    if constexpr (sizeof...(v) == 0) {
-        sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(*input), weights.rest, sums.rest);
-    } else {
-        __m512 x = _mm512_set1_ps(*input);
-        if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
-        ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
-        if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
-    }
-}
-
-/// Of 16 values of the panel's outputs from `from` on, stores those that there are.
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
-                                                 __m512 values) {
-    const __m512 activated = _mm512_max_ps(_mm512_mul_ps(values, _mm512_set1_ps(out.negative_slope)), values);
-    const std::size_t count = out.count > from ? out.count - from : 0;
-    const unsigned mask = count >= conv_whole ? 0xFFFFU : (1U << count) - 1U;
-    _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, static_cast<__mmask16>(mask), activated);
-}
-
-template <std::size_t half, std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                          const conv_panel_output& out, std::size_t pixel) {
-    const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_whole, _mm512_fmadd_ps(sums.whole[v], ratio, _mm512_loadu_ps(out.bias + v * conv_whole))),
-     ...);
-    if constexpr (half == 1) {
-        constexpr std::size_t from = sizeof...(v) * conv_whole;
-        const __m256 values = _mm256_fmadd_ps(sums.rest, _mm512_castps512_ps256(ratio), _mm256_loadu_ps(out.bias + from));
-        store_outputs(out, pixel, from, _mm512_castps256_ps512(values));
-    }
-}
-
-/// The value itself, of which the compiler no longer knows where it comes from.
-template <class T>
-[[gnu::always_inline]] inline T opaque(T value) {
-    asm("" : "+r"(value));
-    return value;
-}
-
-/// Every fourth pixel of a tile has a pointer, and those between are 1, 2 or 3 strides away: few enough for the general
-/// registers. Left to itself, the compiler keeps an offset for each pixel, most of them in memory.
-template <std::size_t pixels>
-struct conv_tile_pointers {
-    const float* every_fourth[(pixels + 3) / 4];
-    std::size_t stride, three_strides;
-
-    template <std::size_t p>
-    [[gnu::always_inline]] const float* at() const {
-        const float* const base = every_fourth[p / 4];
-        return p % 4 == 3 ? base + three_strides : base + p % 4 * stride;
-    }
-};
-
-template <std::size_t half, std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input& input,
-                          std::size_t first_pixel, const conv_panel_output& out) {
-    conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
-    const std::size_t fetch = sizeof...(p) * stride / input.inputs;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* const x = input.rows[r] + first_pixel * stride;
-        const float* next_tile = x + sizeof...(p) * stride;
-        conv_tile_pointers<sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
-        ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const auto w = load_conv_lanes<half>(vectors, weights);
-            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-            (multiply_add<half>(vectors, sums[p], pointers.template at<p>(), w), ...);
-            ((p % 4 == 0 ? void(++pointers.every_fourth[p / 4]) : void()), ...);
-            next_tile += fetch;
-            weights += sizeof...(v) * conv_whole + half * conv_half;
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
+                                                    const float* input, const conv_lanes<sizeof...(v), half>& weights) {
+        if constexpr (sizeof...(v) == 0) {
+            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(*input), weights.rest, sums.rest);
+        } else {
+            __m512 x = _mm512_set1_ps(*input);
+            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
+            ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
+            if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
     }
-    (finish<half>(vectors, sums[p], out, first_pixel + p), ...);
-}
 
-template <std::size_t pixels, std::size_t vectors, std::size_t half>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<(pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
-}
+    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                             __m512 values) {
+        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    }
+
+    template <std::size_t half, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                     std::size_t first_pixel, const conv_panel_output<float>& out) {
+        conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const float* weights = input.weights;
+        // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* const x = input.rows[r] + first_pixel * stride;
+            const float* next_tile = x + sizeof...(p) * stride;
+            conv_tile_pointers<float, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
+            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
+            for (std::size_t i = 0; i < input.inputs; ++i) {
+                const auto w = load_conv_lanes<half>(vectors, weights);
+                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+                (multiply_add<half>(vectors, sums[p], pointers.template at<p>(), w), ...);
+                ((p % 4 == 0 ? void(++pointers.every_fourth[p / 4]) : void()), ...);
+                next_tile += fetch;
+                weights += sizeof...(v) * conv_whole + half * conv_half;
+            }
+        }
+        (finish<conv_f32_kernel, half>(vectors, sums[p], out, first_pixel + p), ...);
+    }
+};
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_half, conv_most_halves);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
-        switch (halves) {
-            case 1: conv_f32_panel<24, 0, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<24, 1, 0>(input, 0, pixels, out); break;
-            case 3: conv_f32_panel<12, 1, 1>(input, 0, pixels, out); break;
-            case 4: conv_f32_panel<12, 2, 0>(input, 0, pixels, out); break;
-            default: conv_f32_panel<8, 2, 1>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
+    conv_panels<conv_f32_kernel>(
+        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
 }
 
 LDI_END_TARGET
@@ -2856,7 +3177,7 @@ namespace ldi::neon {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -2900,7 +3221,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
     weights += sizeof...(lane) * sizeof...(v) * conv_lanes;
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t activated = vmaxq_f32(vmulq_n_f32(values, out.negative_slope), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -2911,15 +3232,15 @@ template <int... lane, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_lanes, vfmaq_f32(load(out.bias + v * conv_lanes), sums[v], ratio)), ...);
 }
 
 template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const conv_panel_input& input,
-                          std::size_t first_pixel, const conv_panel_output& out) {
+inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                          const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
     float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
     const std::size_t stride = input.pixel_stride;
     const float* weights = input.weights;
@@ -2934,7 +3255,8 @@ inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -2944,8 +3266,8 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
         switch (vectors) {
@@ -2965,56 +3287,6 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32_scalar.hpp
-// kernels/conv_f32.hpp in portable C++.
-
-namespace ldi::scalar {
-
-/// Outputs that lie side by side in memory. Compilers make vectors of them.
-inline constexpr std::size_t conv_panel = 8;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_panel, 1);
-}
-
-/// The sums of `pixels` pixels with one panel of weights.
-template <std::size_t pixels>
-inline void conv_f32_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
-                          std::size_t first_output, const float* ratios, float* result) {
-    float sums[pixels][conv_panel] = {};
-    const float* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const float* const input = rows[r] + offset;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const float x = input[p * pixel_stride + i];
-                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] += x * values[o];
-            }
-    }
-    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o) {
-            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
-            const float value = sums[p][o] * ratio + weights.bias[first_output + o];
-            result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
-        }
-}
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    constexpr std::size_t tile = 4;
-    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
-    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile)
-            conv_f32_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-        for (; p < pixels; ++p)
-            conv_f32_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-    }
-}
-
-}  // namespace ldi::scalar
-
 // ---- ldi/kernels/conv_f32_wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4. There is no fused multiplication and addition: products are rounded.
 //
@@ -3029,7 +3301,7 @@ namespace ldi::wasm_simd128 {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 template <std::size_t... v>
@@ -3039,7 +3311,7 @@ template <std::size_t... v>
     ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
     const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -3050,7 +3322,7 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_lanes,
@@ -3060,8 +3332,8 @@ template <std::size_t... v>
 
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                 const conv_panel_input& input, std::size_t first_pixel,
-                                                 const conv_panel_output& out) {
+                                                 const conv_panel_input<float>& input, std::size_t first_pixel,
+                                                 const conv_panel_output<float>& out) {
     v128_t sums[sizeof...(p) * sizeof...(v)] = {};
     const float* weights = input.weights;
     for (std::size_t r = 0; r < input.row_count; ++r) {
@@ -3076,7 +3348,8 @@ template <std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -3085,12 +3358,12 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input&, std::size_t, std::size_t,
-                                                                const conv_panel_output&) = {conv_f32_panel<6, 1>,
-                                                                                             conv_f32_panel<4, 2>};
+    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input<float>&, std::size_t, std::size_t,
+                                                                const conv_panel_output<float>&) = {conv_f32_panel<6, 1>,
+                                                                                                    conv_f32_panel<4, 2>};
     const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);
@@ -6234,8 +6507,11 @@ inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
 namespace ldi {
 
 /// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
-struct convolution_source {
-    std::span<const float> values;  ///< rows x channels
+///
+/// Value  what the weights' kernel reads: float or bfloat16
+template <class Value>
+struct basic_convolution_source {
+    std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
     std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
@@ -6249,15 +6525,33 @@ struct convolution_source {
     }
 };
 
+using convolution_source = basic_convolution_source<float>;
+
 namespace detail {
 
+/// A kernel's weights know which kernel that is.
+inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+}
+template <class Result>
+void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
 /// What stays the same for all blocks of a convolution.
+template <class Weights, class Result>
 struct convolution_job {
+    using value_type = typename Weights::value_type;
+    using result_type = Result;
+    using source_type = basic_convolution_source<value_type>;
+
     const convolution_plan& plan;
-    const conv_f32_weights& weights;
-    std::span<const convolution_source> sources;
+    const Weights& weights;
+    std::span<const source_type> sources;
     bool is_partial;
-    std::span<float> result;
+    std::span<Result> result;
     std::span<std::uint8_t> result_mask;
     std::size_t channels;
 
@@ -6265,20 +6559,22 @@ struct convolution_job {
 };
 
 /// Rows are short: a call of memmove() for each costs more than it copies.
-inline void copy_row(const float* from, std::size_t count, float* to) {
+template <class Value>
+void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
     std::size_t i = 0;
-    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(float));
+    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
     for (; i < count; ++i) to[i] = from[i];
 }
 
 /// Copies what a pixel holds, and returns how many of its channels count.
-inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::int32_t pixel, float* to) {
+template <class Value>
+std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
-    for (const convolution_source& source : sources) {
+    for (const auto& source : sources) {
         const std::int32_t row = source.row_of(pixel);
         if (row == no_pixel) {
-            std::fill_n(to, source.channels, 0.0F);
+            std::fill_n(to, source.channels, Value{});
         } else {
             copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
             counted += source.channels;
@@ -6289,9 +6585,10 @@ inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::
 }
 
 /// The working memory of a thread.
+template <class Job>
 class convolution_block {
 public:
-    explicit convolution_block(const convolution_job& job) : job_(job) {
+    explicit convolution_block(const Job& job) : job_(job) {
         const std::size_t window = job.plan.elements() * job.channels;
         batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
@@ -6323,7 +6620,11 @@ public:
     }
 
 private:
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // floats, about; outputs
+    using value_type = typename Job::value_type;
+    using result_type = typename Job::result_type;
+    using row_starts = std::array<const value_type*, largest_kernel_size>;
+
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
 
     /// The next multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -6333,13 +6634,13 @@ private:
 
     std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
-    float* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
     /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
-        const convolution_source& source = job_.sources[0];
+        const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
         for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
             const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
@@ -6349,17 +6650,17 @@ private:
     }
 
     void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r)
             starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
-        conv_f32(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
+        multiply(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
     /// rows  the pixel under the upper left element of the first output's window, and those below it
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t done = 0; done < count; done += stretch_) {
             const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
             if (is_whole(rows, stride() * done, pixels)) {
@@ -6367,7 +6668,7 @@ private:
                 continue;
             }
             std::fill_n(counts_.begin(), pixels, std::size_t{0});
-            float* to = values_.data();
+            value_type* to = values_.data();
             for (std::size_t r = 0; r < k(); ++r) {
                 starts[r] = to;
                 for (std::size_t p = 0; p < pixels; ++p, to += job_.channels)
@@ -6378,7 +6679,7 @@ private:
                 for (std::size_t x = 0; x < k(); ++x) counted += counts_[stride() * o + x];
                 ratios_[o] = ratio(counted);
             }
-            conv_f32(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
+            multiply(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
             for (std::size_t o = 0; o < here; ++o) finish(output + done + o, ratios_[o]);
         }
     }
@@ -6386,16 +6687,16 @@ private:
     /// Irregular outputs first, first + 1, ... of the plan.
     void run_irregular(std::size_t first, std::size_t count) {
         const std::size_t elements = job_.plan.elements();
-        float* to = values_.data();
+        value_type* to = values_.data();
         for (std::size_t o = 0; o < count; ++o) {
             std::size_t counted = 0;
             for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
                 counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
             ratios_[o] = ratio(counted);
         }
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
-        conv_f32(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
+        multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
         const std::size_t outputs = job_.weights.outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
@@ -6413,21 +6714,24 @@ private:
     /// Where the whole window is masked, not even the bias is left.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, 0.0F);
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, result_type{});
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
-    const convolution_job& job_;
+    const Job& job_;
     std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
-    std::vector<float> values_, results_, ratios_;
+    std::vector<value_type> values_;
+    std::vector<result_type> results_;
+    std::vector<float> ratios_;
     std::vector<std::size_t> counts_;  // channels that count in a column of a segment's rows
 };
 
-template <executor Executor>
-void run_convolution(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
-                     bool is_partial, std::span<float> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+template <class Weights, class Result, executor Executor>
+void run_convolution(const convolution_plan& plan, const Weights& weights,
+                     std::span<const basic_convolution_source<typename Weights::value_type>> sources, bool is_partial,
+                     std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
     std::size_t channels = 0;
-    for (const convolution_source& source : sources) {
+    for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
         LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
@@ -6436,7 +6740,7 @@ void run_convolution(const convolution_plan& plan, const conv_f32_weights& weigh
     LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
     LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
-    const convolution_job job{plan, weights, sources, is_partial, result, result_mask, channels};
+    const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
     // A block's gathered outputs follow its segments before their inputs have left the cache.
     constexpr std::size_t block = 4096;
@@ -6453,9 +6757,26 @@ void run_convolution(const convolution_plan& plan, const conv_f32_weights& weigh
 
 // ---- ldi/nn/ldi_convolution.hpp
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are float32 tensors of pixels x channels, row-major, pixels in the graph's order.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32, or
+// bfloat16 where a processor multiplies these.
 
 namespace ldi {
+
+namespace detail {
+
+/// outputs x inputs x k x k to outputs x k x k x inputs.
+inline std::vector<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
+    LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
+    const std::size_t inputs = weights.size() / (outputs * elements);
+    std::vector<float> result(weights.size());
+    for (std::size_t o = 0; o < outputs; ++o)
+        for (std::size_t c = 0; c < inputs; ++c)
+            for (std::size_t e = 0; e < elements; ++e)
+                result[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
+    return result;
+}
+
+}  // namespace detail
 
 /// Weights as PyTorch stores them, in the order that conv_f32() reads.
 ///
@@ -6464,29 +6785,32 @@ namespace ldi {
 /// inputs   channels; where a convolution reads several sources, of all of them, one after the other
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size), elements = k * k;
-    LDI_ASSERT(!bias.empty() && weights.size() % (bias.size() * elements) == 0);
-    const std::size_t inputs = weights.size() / (bias.size() * elements);
-    std::vector<float> channels_last(weights.size());
-    for (std::size_t o = 0; o < bias.size(); ++o)
-        for (std::size_t c = 0; c < inputs; ++c)
-            for (std::size_t e = 0; e < elements; ++e)
-                channels_last[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
-    return pack_conv_f32(target, channels_last, bias, k, after);
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+}
+
+/// The same in the order that conv_bf16() reads, rounded to bfloat16.
+///
+/// target  one that multiplies_bfloat16()
+inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                                   std::int32_t kernel_size, activation after) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
 /// result = activation(weights * window + bias); what does not exist counts as zero.
 ///
 /// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
 /// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source
+/// a source. A vector or span of float, or where bfloat16 numbers are read, of these
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
-template <executor Executor>
-void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
-              std::span<float> result, Executor& threads) {
-    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const convolution_source& s) { return s.mask.empty(); }));
-    detail::run_convolution(plan, weights, sources, false, result, {}, threads);
+template <class Weights, class Result, executor Executor>
+void convolve(const convolution_plan& plan, const Weights& weights,
+              std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+              Executor& threads) {
+    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const auto& s) { return s.mask.empty(); }));
+    detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
 
 /// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
@@ -6496,11 +6820,11 @@ void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std
 /// convolution by existence.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
-template <executor Executor>
-void convolve_partially(const convolution_plan& plan, const conv_f32_weights& weights,
-                        std::span<const convolution_source> sources, std::span<float> result, std::span<std::uint8_t> result_mask,
-                        Executor& threads) {
-    detail::run_convolution(plan, weights, sources, true, result, result_mask, threads);
+template <class Weights, class Result, executor Executor>
+void convolve_partially(const convolution_plan& plan, const Weights& weights,
+                        std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+                        std::span<std::uint8_t> result_mask, Executor& threads) {
+    detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
 }
 
 }  // namespace ldi
@@ -8129,17 +8453,36 @@ struct farbrausch_architecture {
     float leak = 0.2F;                                      ///< of the decoder's activation, below 0
 };
 
+/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
+/// bench/README.md has figures.
+enum class arithmetic {
+    float32,
+    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
+               ///< multiplies_bfloat16(best_isa())
+};
+
+/// The name as options of programs spell it.
+constexpr std::string_view to_string(arithmetic kind) { return kind == arithmetic::bfloat16 ? "bfloat16" : "float32"; }
+
+/// The fastest that this machine has.
+inline arithmetic fastest_arithmetic(isa target = best_isa()) {
+    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
+}
+
 /// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`; the same for `decoder.I`,
     /// which
     ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in
+    /// kind     what it computes with; fastest_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
     /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds.
-    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {}, isa target = best_isa());
+    /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
+    /// not have.
+    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
+                        arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set
     /// watcher is told of progress as stage "colour inpainting"
@@ -8171,15 +8514,22 @@ private:
     static constexpr const char* stage_name = "colour inpainting";
 
     /// Rows of channels; not set to zero first.
+    template <class Value>
     struct feature_map {
-        std::size_t rows = 0, channels = 0;
-        std::unique_ptr<float[]> values;
+        std::size_t channels = 0, count = 0;
+        std::unique_ptr<Value[]> values;
 
         feature_map() = default;
-        feature_map(std::size_t row_count, std::size_t channel_count)
-            : rows(row_count), channels(channel_count), values(new float[row_count * channel_count]) {}
-        std::span<float> span() { return {values.get(), rows * channels}; }
-        std::span<const float> span() const { return {values.get(), rows * channels}; }
+        feature_map(std::size_t rows, std::size_t channel_count)
+            : channels(channel_count), count(rows * channel_count), values(new Value[count]) {}
+        std::span<Value> span() { return {values.get(), count}; }
+        std::span<const Value> span() const { return {values.get(), count}; }
+    };
+
+    /// One convolution a level: from it to the next, and back.
+    template <class Weights>
+    struct convolutions {
+        std::vector<Weights> encoder, decoder;
     };
 
     std::size_t depth() const { return architecture_.channels.size(); }
@@ -8187,8 +8537,17 @@ private:
 
     static void check(const farbrausch_architecture& architecture);
 
+    /// pack  makes weights of a layer's values, biases, kernel size and activation
+    template <class Weights, class Pack>
+    convolutions<Weights> pack_all(const named_tensors& weights, Pack&& pack) const;
+
+    /// The last layer's results: what is added to the fills.
+    template <class Weights, executor Executor, class Report>
+    std::vector<float> corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+                                   std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+
     farbrausch_architecture architecture_;
-    std::vector<conv_f32_weights> encoder_, decoder_;  // one a level: from it to the next, and back
+    std::variant<convolutions<conv_f32_weights>, convolutions<conv_bf16_weights>> layers_;
 };
 
 inline void farbrausch::check(const farbrausch_architecture& a) {
@@ -8208,9 +8567,22 @@ inline void farbrausch::check(const farbrausch_architecture& a) {
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
 }
 
-inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, isa target)
+inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
     check(architecture_);
+    if (kind == arithmetic::bfloat16 && !multiplies_bfloat16(target))
+        raise(error_code::unsupported, "arithmetic of the inpainting network",
+              "float32, because no instructions of this set multiply bfloat16 numbers",
+              "bfloat16 with " + std::string(to_string(target)));
+    if (kind == arithmetic::bfloat16)
+        layers_ = pack_all<conv_bf16_weights>(weights,
+                                              [&](const auto&... layer) { return pack_bfloat16_convolution(target, layer...); });
+    else
+        layers_ = pack_all<conv_f32_weights>(weights, [&](const auto&... layer) { return pack_convolution(target, layer...); });
+}
+
+template <class Weights, class Pack>
+farbrausch::convolutions<Weights> farbrausch::pack_all(const named_tensors& weights, Pack&& pack) const {
     std::vector<std::string> names;
     const auto take = [&](const std::string& name, std::vector<std::size_t> shape) -> const std::vector<float>& {
         names.push_back(name);
@@ -8223,17 +8595,19 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
                            activation after) {
         const std::size_t k = static_cast<std::size_t>(kernel);
         const std::vector<float>& values = take(name + ".weight", {outputs, inputs, k, k});
-        return pack_convolution(target, values, take(name + ".bias", {outputs}), kernel, after);
+        return pack(values, take(name + ".bias", {outputs}), kernel, after);
     };
+    convolutions<Weights> result;
     for (std::size_t i = 0; i < depth(); ++i)
-        encoder_.push_back(
+        result.encoder.push_back(
             stage("encoder." + std::to_string(i), skip_channels(i), architecture_.channels[i], architecture_.kernels[i], relu));
-    decoder_.resize(depth());
+    result.decoder.resize(depth());
     for (std::size_t i = depth(); i-- > 0;)
-        decoder_[i] =
+        result.decoder[i] =
             stage("decoder." + std::to_string(depth() - 1 - i), architecture_.channels[i] + skip_channels(i),
                   i == 0 ? output_channels : skip_channels(i), 3, i == 0 ? no_activation : leaky_relu(architecture_.leak));
     check_no_others(weights, names);
+    return result;
 }
 
 template <executor Executor>
@@ -8252,31 +8626,53 @@ std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<con
     float done = 0.2F;
     const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
-    std::vector<feature_map> encoded(depth() + 1);
+    const std::vector<float> corrections = std::visit(
+        [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
+    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
+    return std::move(fills.fill);
+}
+
+template <class Weights, executor Executor, class Report>
+std::vector<float> farbrausch::corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+                                           std::vector<detail::farbrausch_level>& levels, Executor& threads,
+                                           Report&& report) const {
+    using value_type = typename Weights::value_type;
+    using source = basic_convolution_source<value_type>;
+    std::vector<feature_map<value_type>> encoded(depth() + 1);
+    if constexpr (!std::is_same_v<value_type, float>) {
+        encoded[0] = feature_map<value_type>(levels[0].read.size(), input_channels);
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), to_bfloat16);
+        input = {};
+    }
     const auto read = [&](std::size_t level) {
-        return convolution_source{
-            level == 0 ? fills.input.values() : std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
+        if constexpr (std::is_same_v<value_type, float>)
+            if (level == 0) return source{input.values(), input_channels, {}, {}};
+        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
     };
     for (std::size_t i = 0; i < depth(); ++i) {
-        encoded[i + 1] = feature_map(levels[i + 1].read.size(), architecture_.channels[i]);
-        const convolution_source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, encoder_[i], sources, encoded[i + 1].span(), {}, threads);
+        encoded[i + 1] = feature_map<value_type>(levels[i + 1].read.size(), architecture_.channels[i]);
+        const source sources[] = {read(i)};
+        convolve_partially(levels[i].encode, layers.encoder[i], sources, encoded[i + 1].span(), {}, threads);
         levels[i].encode = {};
         report();
     }
-    feature_map result = std::move(encoded[depth()]);
+    feature_map<value_type> coarser = std::move(encoded[depth()]);
+    std::vector<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
-        const convolution_source sources[] = {{std::as_const(result).span(), result.channels, levels[i].decoded_above, {}},
-                                              read(i)};
-        feature_map finer(levels[i].decoded.size(), decoder_[i].outputs);
-        convolve_partially(levels[i].decode, decoder_[i], sources, finer.span(), {}, threads);
-        result = std::move(finer);
+        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}}, read(i)};
+        if (i == 0) {
+            result.resize(levels[0].decoded.size() * output_channels);
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
+        } else {
+            feature_map<value_type> finer(levels[i].decoded.size(), layers.decoder[i].outputs);
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, finer.span(), {}, threads);
+            coarser = std::move(finer);
+        }
         encoded[i] = {};
         levels[i].decode = {};
         report();
     }
-    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += result.values[v];
-    return std::move(fills.fill);
+    return result;
 }
 
 template <executor Executor>

@@ -16,7 +16,7 @@ build=build/webassembly
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=(
-    tests/kernels/{isa,requantize,requantize_float,gemm_u8,depthwise_u8,add_u8,conv_f32}.cpp
+    tests/kernels/{isa,requantize,requantize_float,gemm_u8,depthwise_u8,add_u8,conv}.cpp
     tests/nn/{quantized_network,ldi_convolution}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
 

@@ -120,6 +120,15 @@ double largest_difference(const A& a, const B& b) {
     return largest;
 }
 
+/// Of colours that are clamped to [0, 1], in dB.
+double peak_signal_to_noise(const std::vector<float>& a, const std::vector<float>& b) {
+    REQUIRE(a.size() == b.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += std::pow(double{std::clamp(a[i], 0.0F, 1.0F)} - double{std::clamp(b[i], 0.0F, 1.0F)}, 2.0);
+    return -10.0 * std::log10(sum / static_cast<double>(a.size()));
+}
+
 test::reference_result reference(const named_tensors& weights, const farbrausch_architecture& a, const photo_layers& layers) {
     std::vector<double> colour;
     for (const std::uint8_t c : layers.column<colour_column>()) colour.push_back(c / 255.0);
@@ -276,6 +285,39 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{0});
     const auto expected = reference(hashed_weights(small), small, layers);
     CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
+}
+
+TEST_CASE("with bfloat16 numbers the shipped network's colours are more than 60 dB from those with float32") {
+    const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
+    const photo_layers layers = read_case("whole").layers;
+    const std::vector<float> exact = run(load_farbrausch(weights), layers);
+    for (const isa target : {isa::scalar, best_isa()}) {
+        if (!multiplies_bfloat16(target)) continue;
+        const farbrausch network = decode_farbrausch(read_file(weights), "weights", arithmetic::bfloat16, target);
+        CHECK(peak_signal_to_noise(run(network, layers), exact) > 60.0);
+    }
+}
+
+TEST_CASE("with bfloat16 numbers too, what nobody asks for is not computed, and changes not a bit of the rest") {
+    std::mt19937 random(63);
+    for (const isa target : {isa::scalar, best_isa()}) {
+        if (!multiplies_bfloat16(target)) continue;
+        const farbrausch network(hashed_weights(small), small, arithmetic::bfloat16, target);
+        for (int i = 0; i < 30; ++i) {
+            const photo_layers layers = random_layers(random, 40);
+            const std::vector<float> all = network.colours(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+            REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
+        }
+    }
+}
+
+TEST_CASE("an arithmetic that the instruction set does not have is an error, and the fastest one never is") {
+    CHECK_THROWS_WITH(farbrausch(hashed_weights(small), small, arithmetic::bfloat16, isa::avx2),
+                      Catch::Contains("bfloat16 with avx2") && Catch::Contains("expected float32"));
+    CHECK(fastest_arithmetic(isa::avx2) == arithmetic::float32);
+    CHECK(fastest_arithmetic(isa::scalar) == arithmetic::float32);
+    const photo_layers nothing;
+    CHECK(run(farbrausch(hashed_weights(small), small, fastest_arithmetic()), nothing).empty());
 }
 
 TEST_CASE("inpainting reports progress that does not fall, and stops when asked to") {

@@ -106,6 +106,8 @@ def main():
         run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
         run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
+        run("the fastest arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "fastest"])
+        run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "bfloat16"])
         run("a network that is not to be used", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
         run("inpainting by no network", [small, *depth, "--inpaint", "network"], ["--inpainting-model"])
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])

@@ -24,10 +24,12 @@ namespace ldi {
 
 /// Errors: those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "inpainting network",
-                             isa target = best_isa());
+                             arithmetic kind = arithmetic::float32, isa target = best_isa());
 
 /// Errors: file_access, and those of decode_farbrausch().
-inline farbrausch load_farbrausch(const std::filesystem::path& path) { return decode_farbrausch(read_file(path), path.string()); }
+inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
+    return decode_farbrausch(read_file(path), path.string(), kind);
+}
 
 namespace detail {
 
@@ -72,10 +74,10 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
 
 }  // namespace detail
 
-inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, isa target) {
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
     farbrausch_architecture architecture = detail::parse_farbrausch_architecture(file, where);
-    return farbrausch(file, std::move(architecture), target);
+    return farbrausch(file, std::move(architecture), kind, target);
 }
 
 }  // namespace ldi

@@ -9,9 +9,9 @@
 #include <ldi/kernels/conv_f32_avx2.hpp>
 #include <ldi/kernels/conv_f32_avx512.hpp>
 #include <ldi/kernels/conv_f32_neon.hpp>
-#include <ldi/kernels/conv_f32_scalar.hpp>
 #include <ldi/kernels/conv_f32_wasm.hpp>
-#include <ldi/kernels/detail/conv_f32_weights.hpp>
+#include <ldi/kernels/conv_scalar.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <cstddef>
 #include <span>

@@ -4,7 +4,7 @@
 // or 3 vectors. Two loads can start a cycle as well, and one vector for 12 pixels takes just about all of them.
 #pragma once
 
-#include <ldi/kernels/detail/conv_f32_weights.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #if LDI_HAS_X86_KERNELS
@@ -18,7 +18,7 @@ namespace ldi::avx2 {
 inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_width, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_width, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
@@ -30,7 +30,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  __m256 values) {
     const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -41,15 +41,15 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
 template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input& input,
-                          std::size_t first_pixel, const conv_panel_output& out) {
+inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                          std::size_t first_pixel, const conv_panel_output<float>& out) {
     __m256 sums[sizeof...(p) * sizeof...(v)] = {};
     const std::size_t stride = input.pixel_stride;
     const float* weights = input.weights;
@@ -70,7 +70,8 @@ inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> v
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -80,8 +81,8 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
         switch (vectors) {

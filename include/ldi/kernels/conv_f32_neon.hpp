@@ -5,7 +5,7 @@
 // in 6; for each 96 fmla (384 products) it loads 22 vectors. In all, 3.1 products an instruction; fmla has 4.
 #pragma once
 
-#include <ldi/kernels/detail/conv_f32_weights.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #if LDI_HAS_ARM_KERNELS
@@ -19,7 +19,7 @@ namespace ldi::neon {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -63,7 +63,7 @@ template <int... lane, std::size_t... p, std::size_t... v>
     weights += sizeof...(lane) * sizeof...(v) * conv_lanes;
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t activated = vmaxq_f32(vmulq_n_f32(values, out.negative_slope), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -74,15 +74,15 @@ template <int... lane, std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_lanes, vfmaq_f32(load(out.bias + v * conv_lanes), sums[v], ratio)), ...);
 }
 
 template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const conv_panel_input& input,
-                          std::size_t first_pixel, const conv_panel_output& out) {
+inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                          const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
     float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
     const std::size_t stride = input.pixel_stride;
     const float* weights = input.weights;
@@ -97,7 +97,8 @@ inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -107,8 +108,8 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
         switch (vectors) {

@@ -5,7 +5,7 @@
 // one's before the first one's products. As in detail/lanes_wasm.hpp, panels are functions of their own, called through a table.
 #pragma once
 
-#include <ldi/kernels/detail/conv_f32_weights.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #if LDI_HAS_WASM_KERNELS
@@ -19,7 +19,7 @@ namespace ldi::wasm_simd128 {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_f32_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 template <std::size_t... v>
@@ -29,7 +29,7 @@ template <std::size_t... v>
     ((sums[v] = wasm_f32x4_add(sums[v], wasm_f32x4_mul(x, weights[v]))), ...);
 }
 
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output& out, std::size_t pixel, std::size_t from,
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  v128_t values) {
     const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
@@ -40,7 +40,7 @@ template <std::size_t... v>
 }
 
 template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output& out,
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     (store_outputs(out, pixel, v * conv_lanes,
@@ -50,8 +50,8 @@ template <std::size_t... v>
 
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                 const conv_panel_input& input, std::size_t first_pixel,
-                                                 const conv_panel_output& out) {
+                                                 const conv_panel_input<float>& input, std::size_t first_pixel,
+                                                 const conv_panel_output<float>& out) {
     v128_t sums[sizeof...(p) * sizeof...(v)] = {};
     const float* weights = input.weights;
     for (std::size_t r = 0; r < input.row_count; ++r) {
@@ -66,7 +66,8 @@ template <std::size_t... p, std::size_t... v>
 }
 
 template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std::size_t last, const conv_panel_output& out) {
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
     for (; first + pixels <= last; first += pixels)
         conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
@@ -75,12 +76,12 @@ inline void conv_f32_panel(const conv_panel_input& input, std::size_t first, std
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input&, std::size_t, std::size_t,
-                                                                const conv_panel_output&) = {conv_f32_panel<6, 1>,
-                                                                                             conv_f32_panel<4, 2>};
+    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input<float>&, std::size_t, std::size_t,
+                                                                const conv_panel_output<float>&) = {conv_f32_panel<6, 1>,
+                                                                                                    conv_f32_panel<4, 2>};
     const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
         panel_functions[vectors - 1](input, 0, pixels, out);

@@ -66,6 +66,15 @@ inline bool is_available(isa set) {
     }
 }
 
+/// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
+/// AVX-512 (AVX512_BF16: Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
+inline bool multiplies_bfloat16(isa set) {
+#if LDI_HAS_X86_KERNELS
+    if (without_tiles(set) == isa::avx512vnni) return __builtin_cpu_supports("avx512bf16");
+#endif
+    return set == isa::scalar;
+}
+
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
 inline isa best_isa() {
     const char* const forced = std::getenv("LDI_ISA");

@@ -14,14 +14,16 @@
 #include <ldi/nn/weights.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace ldi {
@@ -34,17 +36,36 @@ struct farbrausch_architecture {
     float leak = 0.2F;                                      ///< of the decoder's activation, below 0
 };
 
+/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
+/// bench/README.md has figures.
+enum class arithmetic {
+    float32,
+    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
+               ///< multiplies_bfloat16(best_isa())
+};
+
+/// The name as options of programs spell it.
+constexpr std::string_view to_string(arithmetic kind) { return kind == arithmetic::bfloat16 ? "bfloat16" : "float32"; }
+
+/// The fastest that this machine has.
+inline arithmetic fastest_arithmetic(isa target = best_isa()) {
+    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
+}
+
 /// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`; the same for `decoder.I`,
     /// which
     ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in
+    /// kind     what it computes with; fastest_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
     /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds.
-    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {}, isa target = best_isa());
+    /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
+    /// not have.
+    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
+                        arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set
     /// watcher is told of progress as stage "colour inpainting"
@@ -76,15 +97,22 @@ private:
     static constexpr const char* stage_name = "colour inpainting";
 
     /// Rows of channels; not set to zero first.
+    template <class Value>
     struct feature_map {
-        std::size_t rows = 0, channels = 0;
-        std::unique_ptr<float[]> values;
+        std::size_t channels = 0, count = 0;
+        std::unique_ptr<Value[]> values;
 
         feature_map() = default;
-        feature_map(std::size_t row_count, std::size_t channel_count)
-            : rows(row_count), channels(channel_count), values(new float[row_count * channel_count]) {}
-        std::span<float> span() { return {values.get(), rows * channels}; }
-        std::span<const float> span() const { return {values.get(), rows * channels}; }
+        feature_map(std::size_t rows, std::size_t channel_count)
+            : channels(channel_count), count(rows * channel_count), values(new Value[count]) {}
+        std::span<Value> span() { return {values.get(), count}; }
+        std::span<const Value> span() const { return {values.get(), count}; }
+    };
+
+    /// One convolution a level: from it to the next, and back.
+    template <class Weights>
+    struct convolutions {
+        std::vector<Weights> encoder, decoder;
     };
 
     std::size_t depth() const { return architecture_.channels.size(); }
@@ -92,8 +120,17 @@ private:
 
     static void check(const farbrausch_architecture& architecture);
 
+    /// pack  makes weights of a layer's values, biases, kernel size and activation
+    template <class Weights, class Pack>
+    convolutions<Weights> pack_all(const named_tensors& weights, Pack&& pack) const;
+
+    /// The last layer's results: what is added to the fills.
+    template <class Weights, executor Executor, class Report>
+    std::vector<float> corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+                                   std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+
     farbrausch_architecture architecture_;
-    std::vector<conv_f32_weights> encoder_, decoder_;  // one a level: from it to the next, and back
+    std::variant<convolutions<conv_f32_weights>, convolutions<conv_bf16_weights>> layers_;
 };
 
 inline void farbrausch::check(const farbrausch_architecture& a) {
@@ -113,9 +150,22 @@ inline void farbrausch::check(const farbrausch_architecture& a) {
     expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
 }
 
-inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, isa target)
+inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
     check(architecture_);
+    if (kind == arithmetic::bfloat16 && !multiplies_bfloat16(target))
+        raise(error_code::unsupported, "arithmetic of the inpainting network",
+              "float32, because no instructions of this set multiply bfloat16 numbers",
+              "bfloat16 with " + std::string(to_string(target)));
+    if (kind == arithmetic::bfloat16)
+        layers_ = pack_all<conv_bf16_weights>(weights,
+                                              [&](const auto&... layer) { return pack_bfloat16_convolution(target, layer...); });
+    else
+        layers_ = pack_all<conv_f32_weights>(weights, [&](const auto&... layer) { return pack_convolution(target, layer...); });
+}
+
+template <class Weights, class Pack>
+farbrausch::convolutions<Weights> farbrausch::pack_all(const named_tensors& weights, Pack&& pack) const {
     std::vector<std::string> names;
     const auto take = [&](const std::string& name, std::vector<std::size_t> shape) -> const std::vector<float>& {
         names.push_back(name);
@@ -128,17 +178,19 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
                            activation after) {
         const std::size_t k = static_cast<std::size_t>(kernel);
         const std::vector<float>& values = take(name + ".weight", {outputs, inputs, k, k});
-        return pack_convolution(target, values, take(name + ".bias", {outputs}), kernel, after);
+        return pack(values, take(name + ".bias", {outputs}), kernel, after);
     };
+    convolutions<Weights> result;
     for (std::size_t i = 0; i < depth(); ++i)
-        encoder_.push_back(
+        result.encoder.push_back(
             stage("encoder." + std::to_string(i), skip_channels(i), architecture_.channels[i], architecture_.kernels[i], relu));
-    decoder_.resize(depth());
+    result.decoder.resize(depth());
     for (std::size_t i = depth(); i-- > 0;)
-        decoder_[i] =
+        result.decoder[i] =
             stage("decoder." + std::to_string(depth() - 1 - i), architecture_.channels[i] + skip_channels(i),
                   i == 0 ? output_channels : skip_channels(i), 3, i == 0 ? no_activation : leaky_relu(architecture_.leak));
     check_no_others(weights, names);
+    return result;
 }
 
 template <executor Executor>
@@ -157,31 +209,53 @@ std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<con
     float done = 0.2F;
     const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
-    std::vector<feature_map> encoded(depth() + 1);
+    const std::vector<float> corrections = std::visit(
+        [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
+    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
+    return std::move(fills.fill);
+}
+
+template <class Weights, executor Executor, class Report>
+std::vector<float> farbrausch::corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+                                           std::vector<detail::farbrausch_level>& levels, Executor& threads,
+                                           Report&& report) const {
+    using value_type = typename Weights::value_type;
+    using source = basic_convolution_source<value_type>;
+    std::vector<feature_map<value_type>> encoded(depth() + 1);
+    if constexpr (!std::is_same_v<value_type, float>) {
+        encoded[0] = feature_map<value_type>(levels[0].read.size(), input_channels);
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), to_bfloat16);
+        input = {};
+    }
     const auto read = [&](std::size_t level) {
-        return convolution_source{
-            level == 0 ? fills.input.values() : std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
+        if constexpr (std::is_same_v<value_type, float>)
+            if (level == 0) return source{input.values(), input_channels, {}, {}};
+        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
     };
     for (std::size_t i = 0; i < depth(); ++i) {
-        encoded[i + 1] = feature_map(levels[i + 1].read.size(), architecture_.channels[i]);
-        const convolution_source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, encoder_[i], sources, encoded[i + 1].span(), {}, threads);
+        encoded[i + 1] = feature_map<value_type>(levels[i + 1].read.size(), architecture_.channels[i]);
+        const source sources[] = {read(i)};
+        convolve_partially(levels[i].encode, layers.encoder[i], sources, encoded[i + 1].span(), {}, threads);
         levels[i].encode = {};
         report();
     }
-    feature_map result = std::move(encoded[depth()]);
+    feature_map<value_type> coarser = std::move(encoded[depth()]);
+    std::vector<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
-        const convolution_source sources[] = {{std::as_const(result).span(), result.channels, levels[i].decoded_above, {}},
-                                              read(i)};
-        feature_map finer(levels[i].decoded.size(), decoder_[i].outputs);
-        convolve_partially(levels[i].decode, decoder_[i], sources, finer.span(), {}, threads);
-        result = std::move(finer);
+        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}}, read(i)};
+        if (i == 0) {
+            result.resize(levels[0].decoded.size() * output_channels);
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
+        } else {
+            feature_map<value_type> finer(levels[i].decoded.size(), layers.decoder[i].outputs);
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, finer.span(), {}, threads);
+            coarser = std::move(finer);
+        }
         encoded[i] = {};
         levels[i].decode = {};
         report();
     }
-    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += result.values[v];
-    return std::move(fills.fill);
+    return result;
 }
 
 template <executor Executor>

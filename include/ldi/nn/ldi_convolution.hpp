@@ -1,8 +1,10 @@
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are float32 tensors of pixels x channels, row-major, pixels in the graph's order.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32, or
+// bfloat16 where a processor multiplies these.
 #pragma once
 
 #include <ldi/core/executor.hpp>
+#include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 #include <ldi/nn/detail/convolution_block.hpp>
@@ -15,6 +17,22 @@
 
 namespace ldi {
 
+namespace detail {
+
+/// outputs x inputs x k x k to outputs x k x k x inputs.
+inline std::vector<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
+    LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
+    const std::size_t inputs = weights.size() / (outputs * elements);
+    std::vector<float> result(weights.size());
+    for (std::size_t o = 0; o < outputs; ++o)
+        for (std::size_t c = 0; c < inputs; ++c)
+            for (std::size_t e = 0; e < elements; ++e)
+                result[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
+    return result;
+}
+
+}  // namespace detail
+
 /// Weights as PyTorch stores them, in the order that conv_f32() reads.
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalisation folded in
@@ -22,29 +40,32 @@ namespace ldi {
 /// inputs   channels; where a convolution reads several sources, of all of them, one after the other
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size), elements = k * k;
-    LDI_ASSERT(!bias.empty() && weights.size() % (bias.size() * elements) == 0);
-    const std::size_t inputs = weights.size() / (bias.size() * elements);
-    std::vector<float> channels_last(weights.size());
-    for (std::size_t o = 0; o < bias.size(); ++o)
-        for (std::size_t c = 0; c < inputs; ++c)
-            for (std::size_t e = 0; e < elements; ++e)
-                channels_last[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
-    return pack_conv_f32(target, channels_last, bias, k, after);
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+}
+
+/// The same in the order that conv_bf16() reads, rounded to bfloat16.
+///
+/// target  one that multiplies_bfloat16()
+inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                                   std::int32_t kernel_size, activation after) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
 /// result = activation(weights * window + bias); what does not exist counts as zero.
 ///
 /// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
 /// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source
+/// a source. A vector or span of float, or where bfloat16 numbers are read, of these
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
-template <executor Executor>
-void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
-              std::span<float> result, Executor& threads) {
-    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const convolution_source& s) { return s.mask.empty(); }));
-    detail::run_convolution(plan, weights, sources, false, result, {}, threads);
+template <class Weights, class Result, executor Executor>
+void convolve(const convolution_plan& plan, const Weights& weights,
+              std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+              Executor& threads) {
+    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const auto& s) { return s.mask.empty(); }));
+    detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
 
 /// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
@@ -54,11 +75,11 @@ void convolve(const convolution_plan& plan, const conv_f32_weights& weights, std
 /// convolution by existence.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
-template <executor Executor>
-void convolve_partially(const convolution_plan& plan, const conv_f32_weights& weights,
-                        std::span<const convolution_source> sources, std::span<float> result, std::span<std::uint8_t> result_mask,
-                        Executor& threads) {
-    detail::run_convolution(plan, weights, sources, true, result, result_mask, threads);
+template <class Weights, class Result, executor Executor>
+void convolve_partially(const convolution_plan& plan, const Weights& weights,
+                        std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+                        std::span<std::uint8_t> result_mask, Executor& threads) {
+    detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
 }
 
 }  // namespace ldi

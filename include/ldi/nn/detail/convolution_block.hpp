@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/core/executor.hpp>
+#include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 
@@ -17,8 +18,11 @@
 namespace ldi {
 
 /// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
-struct convolution_source {
-    std::span<const float> values;  ///< rows x channels
+///
+/// Value  what the weights' kernel reads: float or bfloat16
+template <class Value>
+struct basic_convolution_source {
+    std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
     std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
@@ -32,15 +36,33 @@ struct convolution_source {
     }
 };
 
+using convolution_source = basic_convolution_source<float>;
+
 namespace detail {
 
+/// A kernel's weights know which kernel that is.
+inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+}
+template <class Result>
+void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
 /// What stays the same for all blocks of a convolution.
+template <class Weights, class Result>
 struct convolution_job {
+    using value_type = typename Weights::value_type;
+    using result_type = Result;
+    using source_type = basic_convolution_source<value_type>;
+
     const convolution_plan& plan;
-    const conv_f32_weights& weights;
-    std::span<const convolution_source> sources;
+    const Weights& weights;
+    std::span<const source_type> sources;
     bool is_partial;
-    std::span<float> result;
+    std::span<Result> result;
     std::span<std::uint8_t> result_mask;
     std::size_t channels;
 
@@ -48,20 +70,22 @@ struct convolution_job {
 };
 
 /// Rows are short: a call of memmove() for each costs more than it copies.
-inline void copy_row(const float* from, std::size_t count, float* to) {
+template <class Value>
+void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
     std::size_t i = 0;
-    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(float));
+    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
     for (; i < count; ++i) to[i] = from[i];
 }
 
 /// Copies what a pixel holds, and returns how many of its channels count.
-inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::int32_t pixel, float* to) {
+template <class Value>
+std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
-    for (const convolution_source& source : sources) {
+    for (const auto& source : sources) {
         const std::int32_t row = source.row_of(pixel);
         if (row == no_pixel) {
-            std::fill_n(to, source.channels, 0.0F);
+            std::fill_n(to, source.channels, Value{});
         } else {
             copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
             counted += source.channels;
@@ -72,9 +96,10 @@ inline std::size_t copy_pixel(std::span<const convolution_source> sources, std::
 }
 
 /// The working memory of a thread.
+template <class Job>
 class convolution_block {
 public:
-    explicit convolution_block(const convolution_job& job) : job_(job) {
+    explicit convolution_block(const Job& job) : job_(job) {
         const std::size_t window = job.plan.elements() * job.channels;
         batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
@@ -106,7 +131,11 @@ public:
     }
 
 private:
-    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // floats, about; outputs
+    using value_type = typename Job::value_type;
+    using result_type = typename Job::result_type;
+    using row_starts = std::array<const value_type*, largest_kernel_size>;
+
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
 
     /// The next multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
@@ -116,13 +145,13 @@ private:
 
     std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
-    float* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
     /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
-        const convolution_source& source = job_.sources[0];
+        const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
         for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
             const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
@@ -132,17 +161,17 @@ private:
     }
 
     void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r)
             starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
-        conv_f32(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
+        multiply(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
 
     /// rows  the pixel under the upper left element of the first output's window, and those below it
     void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t done = 0; done < count; done += stretch_) {
             const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
             if (is_whole(rows, stride() * done, pixels)) {
@@ -150,7 +179,7 @@ private:
                 continue;
             }
             std::fill_n(counts_.begin(), pixels, std::size_t{0});
-            float* to = values_.data();
+            value_type* to = values_.data();
             for (std::size_t r = 0; r < k(); ++r) {
                 starts[r] = to;
                 for (std::size_t p = 0; p < pixels; ++p, to += job_.channels)
@@ -161,7 +190,7 @@ private:
                 for (std::size_t x = 0; x < k(); ++x) counted += counts_[stride() * o + x];
                 ratios_[o] = ratio(counted);
             }
-            conv_f32(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
+            multiply(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
             for (std::size_t o = 0; o < here; ++o) finish(output + done + o, ratios_[o]);
         }
     }
@@ -169,16 +198,16 @@ private:
     /// Irregular outputs first, first + 1, ... of the plan.
     void run_irregular(std::size_t first, std::size_t count) {
         const std::size_t elements = job_.plan.elements();
-        float* to = values_.data();
+        value_type* to = values_.data();
         for (std::size_t o = 0; o < count; ++o) {
             std::size_t counted = 0;
             for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
                 counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
             ratios_[o] = ratio(counted);
         }
-        std::array<const float*, largest_kernel_size> starts{};
+        row_starts starts{};
         for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
-        conv_f32(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
+        multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
         const std::size_t outputs = job_.weights.outputs;
         for (std::size_t o = 0; o < count; ++o) {
             const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
@@ -196,21 +225,24 @@ private:
     /// Where the whole window is masked, not even the bias is left.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, 0.0F);
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, result_type{});
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
-    const convolution_job& job_;
+    const Job& job_;
     std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
-    std::vector<float> values_, results_, ratios_;
+    std::vector<value_type> values_;
+    std::vector<result_type> results_;
+    std::vector<float> ratios_;
     std::vector<std::size_t> counts_;  // channels that count in a column of a segment's rows
 };
 
-template <executor Executor>
-void run_convolution(const convolution_plan& plan, const conv_f32_weights& weights, std::span<const convolution_source> sources,
-                     bool is_partial, std::span<float> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+template <class Weights, class Result, executor Executor>
+void run_convolution(const convolution_plan& plan, const Weights& weights,
+                     std::span<const basic_convolution_source<typename Weights::value_type>> sources, bool is_partial,
+                     std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
     std::size_t channels = 0;
-    for (const convolution_source& source : sources) {
+    for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
         LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
@@ -219,7 +251,7 @@ void run_convolution(const convolution_plan& plan, const conv_f32_weights& weigh
     LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
     LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
-    const convolution_job job{plan, weights, sources, is_partial, result, result_mask, channels};
+    const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
     // A block's gathered outputs follow its segments before their inputs have left the cache.
     constexpr std::size_t block = 4096;

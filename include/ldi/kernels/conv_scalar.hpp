@@ -1,0 +1,76 @@
+// kernels/conv_f32.hpp and kernels/conv_bf16.hpp in portable C++.
+#pragma once
+
+#include <ldi/kernels/detail/conv_weights.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <type_traits>
+
+namespace ldi::scalar {
+
+/// Outputs that lie side by side in memory. Compilers make vectors of them.
+inline constexpr std::size_t conv_panel = 8;
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+}
+
+/// The sums of `pixels` pixels with one panel of weights.
+template <std::size_t pixels, class Value, class Result>
+inline void conv_tile(const conv_weights<Value>& weights, const Value* const* rows, std::size_t offset, std::size_t pixel_stride,
+                      std::size_t first_output, const float* ratios, Result* result) {
+    float sums[pixels][conv_panel] = {};
+    const Value* values = weights.values.data() + first_output * weights.rows * weights.inputs;
+    for (std::size_t r = 0; r < weights.rows; ++r) {
+        const Value* const input = rows[r] + offset;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const float x = to_float(input[p * pixel_stride + i]);
+                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] += x * to_float(values[o]);
+            }
+    }
+    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) {
+            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
+            const float value = sums[p][o] * ratio + weights.bias[first_output + o];
+            const float activated = value > 0.0F ? value : value * weights.negative_slope;
+            if constexpr (std::is_same_v<Result, bfloat16>)
+                result[p * weights.outputs + first_output + o] = to_bfloat16(activated);
+            else
+                result[p * weights.outputs + first_output + o] = activated;
+        }
+}
+
+template <class Value, class Result>
+inline void conv_by_panels(const conv_weights<Value>& weights, const Value* const* rows, std::size_t pixel_stride,
+                           std::size_t pixels, const float* ratios, Result* result) {
+    constexpr std::size_t tile = 4;
+    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
+    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile)
+            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+        for (; p < pixels; ++p)
+            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+    }
+}
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+}
+
+template <class Result>
+void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+               const float* ratios, Result* result) {
+    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+}  // namespace ldi::scalar

@@ -1,0 +1,119 @@
+// What kernels/conv_f32.hpp and its like have in common with AVX-512.
+//
+// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input, or group of inputs that are
+// multiplied together, the panel's weights are loaded and each pixel's inputs are spread over a vector, by the multiplication
+// itself where there is one vector only. 24 sums are under way where 4 (Zen 4) or 8 (Intel) would hide the latency: large tiles
+// save loads, and weights that do not fit the first-level cache.
+#pragma once
+
+#include <ldi/kernels/detail/conv_weights.hpp>
+#include <ldi/kernels/detail/target.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <utility>
+
+namespace ldi::avx512vnni {
+
+/// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
+/// processors that make two of each 512-bit instruction (Zen 4).
+inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_most_halves = 5;
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+/// The outputs of a panel for one pixel: whole vectors, and behind them half a vector where `half` is 1.
+template <std::size_t vectors, std::size_t half>
+struct conv_lanes {
+    __m512 whole[vectors == 0 ? 1 : vectors];
+    __m256 rest;
+};
+
+/// values  32 bits a lane
+template <std::size_t half, std::size_t... v>
+[[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
+    const float* const from = static_cast<const float*>(values);
+    conv_lanes<sizeof...(v), half> lanes{};
+    ((lanes.whole[v] = _mm512_loadu_ps(from + v * conv_whole)), ...);
+    if constexpr (half == 1) lanes.rest = _mm256_loadu_ps(from + sizeof...(v) * conv_whole);
+    return lanes;
+}
+
+/// The outputs among 16 lanes of the panel from `from` on.
+template <class Output>
+[[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
+    const std::size_t count = out.count > from ? out.count - from : 0;
+    return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
+}
+
+/// The value itself, of which the compiler no longer knows where it comes from.
+template <class T>
+[[gnu::always_inline]] inline T opaque(T value) {
+    asm("" : "+r"(value));
+    return value;
+}
+
+/// Every fourth pixel of a tile has a pointer, and those between are 1, 2 or 3 strides away: few enough for the general
+/// registers. Left to itself, the compiler keeps an offset for each pixel, most of them in memory.
+template <class Value, std::size_t pixels>
+struct conv_tile_pointers {
+    const Value* every_fourth[(pixels + 3) / 4];
+    std::size_t stride, three_strides;
+
+    template <std::size_t p>
+    [[gnu::always_inline]] const Value* at() const {
+        const Value* const base = every_fourth[p / 4];
+        return p % 4 == 3 ? base + three_strides : base + p % 4 * stride;
+    }
+};
+
+/// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
+template <class Store, std::size_t half, class Output, std::size_t... v>
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                          const Output& out, std::size_t pixel) {
+    const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+    const __m512 slope = _mm512_set1_ps(out.negative_slope);
+    __m512 values{};
+    ((values = _mm512_fmadd_ps(sums.whole[v], ratio, _mm512_loadu_ps(out.bias + v * conv_whole)),
+      Store::store(out, pixel, v * conv_whole, _mm512_max_ps(_mm512_mul_ps(values, slope), values))),
+     ...);
+    if constexpr (half == 1) {
+        constexpr std::size_t from = sizeof...(v) * conv_whole;
+        const __m256 rest = _mm256_fmadd_ps(sums.rest, _mm512_castps512_ps256(ratio), _mm256_loadu_ps(out.bias + from));
+        values = _mm512_castps256_ps512(rest);
+        Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+    }
+}
+
+/// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.
+template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
+}
+
+/// Panel by panel.
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
+    const detail::panel_cut cut(weights.outputs, conv_half, conv_most_halves);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
+        switch (halves) {
+            case 1: conv_panel<Kernel, 24, 0, 1>(input, 0, pixels, out); break;
+            case 2: conv_panel<Kernel, 24, 1, 0>(input, 0, pixels, out); break;
+            case 3: conv_panel<Kernel, 12, 1, 1>(input, 0, pixels, out); break;
+            case 4: conv_panel<Kernel, 12, 2, 0>(input, 0, pixels, out); break;
+            default: conv_panel<Kernel, 8, 2, 1>(input, 0, pixels, out); break;
+        }
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif
