@@ -7897,6 +7897,7 @@ struct tensor {
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< they come from, for messages: the path of a file
 };
 
 /// "20 x 4 x 7 x 7", or "a single value".
@@ -7915,6 +7916,11 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
+
+/// A tensor as messages name it.
+inline std::string tensor_place(const named_tensors& from, std::string_view name) {
+    return (from.where.empty() ? "" : from.where + ", ") + "tensor " + printable(name);
+}
 }  // namespace detail
 
 /// The values of the tensor `name`, which must be of this type and shape.
@@ -7925,13 +7931,13 @@ const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_
                                          const std::vector<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
-    if (found == from.tensors.end()) raise(error_code::mismatch, "tensor " + detail::printable(name), expected, "no such tensor");
+    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
     const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
     if (values == nullptr || found->second.shape != shape) {
         const std::string_view type =
             std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
                        found->second.values);
-        raise(error_code::mismatch, "tensor " + detail::printable(name), expected,
+        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
     return *values;
@@ -7944,7 +7950,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, "tensor " + detail::printable(name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
     }
 }
 
@@ -8010,7 +8016,7 @@ private:
     std::size_t operator_count() const {
         const auto found = file_.tensors.find("operators");
         if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > most_number)
-            raise(error_code::mismatch, "tensor operators", "a table of the network's operators",
+            raise(error_code::mismatch, tensor_place(file_, "operators"), "a table of the network's operators",
                   found == file_.tensors.end() ? "no such tensor" : shape_text(found->second.shape));
         return found->second.shape[0];
     }
@@ -8034,7 +8040,8 @@ private:
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
-            raise(error_code::invalid_data, "tensor operators, row " + std::to_string(i) + ", column " + std::to_string(column),
+            raise(error_code::invalid_data,
+                  tensor_place(file_, "operators") + ", row " + std::to_string(i) + ", column " + std::to_string(column),
                   std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
@@ -8043,7 +8050,7 @@ private:
     const std::vector<std::size_t>& shape_of(const std::string& name) const {
         const auto found = file_.tensors.find(name);
         if (found == file_.tensors.end())
-            raise(error_code::mismatch, "tensor " + name, "the weights of a convolution", "no such tensor");
+            raise(error_code::mismatch, tensor_place(file_, name), "the weights of a convolution", "no such tensor");
         return found->second.shape;
     }
 
@@ -8058,7 +8065,7 @@ private:
         used_.push_back(std::to_string(i) + ".bias");
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const std::vector<std::size_t>& shape = shape_of(weight);
-        if (shape.size() != 4) raise(error_code::mismatch, "tensor " + weight, "four dimensions", shape_text(shape));
+        if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
         // The number of channels of the input stands nowhere but in the weights of what reads it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
@@ -8588,7 +8595,7 @@ farbrausch::convolutions<Weights> farbrausch::pack_all(const named_tensors& weig
         names.push_back(name);
         const std::vector<float>& values = tensor_values<float>(weights, name, shape);
         if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+            raise(error_code::invalid_data, detail::tensor_place(weights, name), "finite values", "others");
         return values;
     };
     const auto stage = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::int32_t kernel,

@@ -4,7 +4,8 @@
 
 #include <catch2/catch.hpp>
 
-#include <cstring>
+#include <span>
+#include <vector>
 
 using namespace ldi;
 
@@ -42,10 +43,21 @@ TEST_CASE("a file of another network is refused, and what does not fit is named"
     CHECK_THAT(complaint("\\\"growth\\\": 4", "\\\"growth\\\":-4"), Contains("growth"));
     CHECK_THAT(complaint("\\\"channels\\\"", "\\\"channel_\\\""), Contains("channels"));
     CHECK_THAT(complaint("[6, 8, 10", "[6, 9, 10"),
-               Contains("tensor encoder.1.weight") && Contains("expected float, 9 x 6 x 5 x 5"));
+               Contains("weights, tensor encoder.1.weight") && Contains("expected float, 9 x 6 x 5 x 5"));
     CHECK_THAT(complaint("[7, 5, 5", "[7, 3, 5"), Contains("tensor encoder.1.weight"));
     CHECK_THAT(complaint("encoder.1.bias", "encoder.1.bia5"), Contains("tensor encoder.1.bias") && Contains("no such tensor"));
     CHECK_THAT(complaint("\"architecture\"", "\"architec-ure\""), Contains("architecture") && Contains("none"));
     CHECK_THAT(complaint("\"F16\"", "\"I16\""), Contains("tensor encoder.0.weight") && Contains("I16"));
+    CHECK_THAT(complaint("\"name\":\"farbrausch\"", "\"name\":\"farb-ausch\""), Contains("found farb-ausch"));
     CHECK_THAT(test::message_of([] { load_farbrausch("no/such/file"); }), Contains("no/such/file"));
+
+    const std::filesystem::path depth = std::filesystem::path(LDI_SOURCE_DIR) / "tests/io/files/tiefenrausch_weights.safetensors";
+    CHECK_THAT(test::message_of([&] { load_farbrausch(depth); }),
+               Contains(depth.string()) && Contains("an inpainting network") && Contains("found tiefenrausch_small"));
+}
+
+TEST_CASE("an inpainting network cut off anywhere is refused, and the message names the file") {
+    const std::vector<std::byte> whole = read_file(weights);
+    for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
+        CHECK_THAT(test::message_of([&] { decode_farbrausch(std::span(whole).first(size), "cut"); }), Catch::StartsWith("cut"));
 }

@@ -1,3 +1,4 @@
+#include <ldi/io/farbrausch_file.hpp>
 #include <ldi/io/tiefenrausch_file.hpp>
 
 #include "tests/io/support.hpp"
@@ -8,11 +9,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 using namespace ldi;
 using Catch::Contains;
+using Catch::StartsWith;
 using ldi::test::message_of;
 
 namespace {
@@ -70,6 +73,29 @@ TEST_CASE("operators are named as in training") {
 TEST_CASE("a file of another network is refused by its metadata") {
     CHECK_THAT(message_of([] { load_tiefenrausch_file(files / "tiefenrausch_example.safetensors"); }),
                Contains("tiefenrausch_small") && Contains("example"));
+    const std::filesystem::path inpainting = files / "../../networks/files/farbrausch_weights.safetensors";
+    CHECK_THAT(message_of([&] { load_depth_network(inpainting); }),
+               Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
+}
+
+TEST_CASE("a depth network cut off anywhere is refused, and the message names the file") {
+    const std::vector<std::byte> whole = read_file(files / "tiefenrausch_weights.safetensors");
+    for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
+        CHECK_THAT(message_of([&] { decode_tiefenrausch(std::span(whole).first(size), "cut"); }), StartsWith("cut"));
+}
+
+TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
+    const std::filesystem::path models = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models";
+    const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
+    serial_executor serial;
+    const image<float> disparity = network.disparity(make_image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), serial);
+    CHECK(height(disparity) == 288);
+    CHECK(width(disparity) == 384);
+    CHECK(load_farbrausch(models / "farbrausch.safetensors").architecture().channels.size() == 5);
+
+    std::uintmax_t bytes = 0;
+    for (const auto& file : std::filesystem::directory_iterator(models)) bytes += file.file_size();
+    CHECK(bytes <= 4'000'000);
 }
 
 TEST_CASE("a depth network is a file, or a folder with the published network") {
@@ -80,7 +106,8 @@ TEST_CASE("a depth network is a file, or a folder with the published network") {
 
 TEST_CASE("what does not fit in a file of operators is named") {
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("operators"); }), Contains("tensor operators"));
-    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }), Contains("tensor scales"));
+    CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("scales"); }),
+               Contains("tiefenrausch_weights.safetensors, tensor scales"));
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("0.weight"); }), Contains("tensor 0.weight"));
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors.erase("1.bias"); }), Contains("tensor 1.bias"));
     CHECK_THAT(complaint([](named_tensors& f) { f.tensors["more"] = f.tensors["scales"]; }), Contains("tensor more"));

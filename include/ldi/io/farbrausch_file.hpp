@@ -76,6 +76,8 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
 
 inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
+    for (const auto& [key, expected] : {std::pair{"format", "ldi"}, std::pair{"name", "farbrausch"}})
+        detail::check_metadata(file, "an inpainting network", key, expected);
     farbrausch_architecture architecture = detail::parse_farbrausch_architecture(file, where);
     return farbrausch(file, std::move(architecture), kind, target);
 }

@@ -37,6 +37,20 @@ inline named_tensors load_safetensors(const std::filesystem::path& path) {
     return decode_safetensors(read_file(path), path.string());
 }
 
+namespace detail {
+
+/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
+/// Errors: mismatch where the metadata have nothing or something else for it.
+inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
+                           const std::string& expected) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end() || found->second != expected)
+        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+              found == file.metadata.end() ? "none" : printable(found->second));
+}
+
+}  // namespace detail
+
 namespace detail::safetensors {
 
 inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
@@ -177,6 +191,7 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     const std::span<const std::byte> data = bytes.subspan(8 + static_cast<std::size_t>(header_bytes));
 
     named_tensors result;
+    result.where = where;
     std::vector<entry> entries;
     const nlohmann::json header = parse_object(text, where);
     for (const auto& [name, line] : header.items()) {

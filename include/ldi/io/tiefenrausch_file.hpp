@@ -2,8 +2,6 @@
 // the published network, in the same arithmetic. io/published_network.hpp loads that one.
 #pragma once
 
-#include <ldi/core/detail/printable.hpp>
-#include <ldi/core/error.hpp>
 #include <ldi/io/file.hpp>
 #include <ldi/io/published_network.hpp>
 #include <ldi/io/safetensors.hpp>
@@ -26,12 +24,8 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
     for (const auto& [key, expected] :
-         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}}) {
-        const auto found = file.metadata.find(key);
-        if (found == file.metadata.end() || found->second != expected)
-            raise(error_code::mismatch, where, "a depth network, " + std::string(key) + " " + expected + " in its metadata",
-                  found == file.metadata.end() ? "none" : detail::printable(found->second));
-    }
+         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}})
+        detail::check_metadata(file, "a depth network", key, expected);
     return tiefenrausch(read_quantized_network(file), target);
 }
 

@@ -171,7 +171,7 @@ farbrausch::convolutions<Weights> farbrausch::pack_all(const named_tensors& weig
         names.push_back(name);
         const std::vector<float>& values = tensor_values<float>(weights, name, shape);
         if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+            raise(error_code::invalid_data, detail::tensor_place(weights, name), "finite values", "others");
         return values;
     };
     const auto stage = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::int32_t kernel,

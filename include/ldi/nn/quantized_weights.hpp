@@ -70,7 +70,7 @@ private:
     std::size_t operator_count() const {
         const auto found = file_.tensors.find("operators");
         if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > most_number)
-            raise(error_code::mismatch, "tensor operators", "a table of the network's operators",
+            raise(error_code::mismatch, tensor_place(file_, "operators"), "a table of the network's operators",
                   found == file_.tensors.end() ? "no such tensor" : shape_text(found->second.shape));
         return found->second.shape[0];
     }
@@ -94,7 +94,8 @@ private:
     std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
         const std::int32_t value = rows_[i * columns + column];
         if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
-            raise(error_code::invalid_data, "tensor operators, row " + std::to_string(i) + ", column " + std::to_string(column),
+            raise(error_code::invalid_data,
+                  tensor_place(file_, "operators") + ", row " + std::to_string(i) + ", column " + std::to_string(column),
                   std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
         return static_cast<std::size_t>(value);
     }
@@ -103,7 +104,7 @@ private:
     const std::vector<std::size_t>& shape_of(const std::string& name) const {
         const auto found = file_.tensors.find(name);
         if (found == file_.tensors.end())
-            raise(error_code::mismatch, "tensor " + name, "the weights of a convolution", "no such tensor");
+            raise(error_code::mismatch, tensor_place(file_, name), "the weights of a convolution", "no such tensor");
         return found->second.shape;
     }
 
@@ -118,7 +119,7 @@ private:
         used_.push_back(std::to_string(i) + ".bias");
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const std::vector<std::size_t>& shape = shape_of(weight);
-        if (shape.size() != 4) raise(error_code::mismatch, "tensor " + weight, "four dimensions", shape_text(shape));
+        if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
         // The number of channels of the input stands nowhere but in the weights of what reads it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =

@@ -27,6 +27,7 @@ struct tensor {
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< they come from, for messages: the path of a file
 };
 
 /// "20 x 4 x 7 x 7", or "a single value".
@@ -45,6 +46,11 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
+
+/// A tensor as messages name it.
+inline std::string tensor_place(const named_tensors& from, std::string_view name) {
+    return (from.where.empty() ? "" : from.where + ", ") + "tensor " + printable(name);
+}
 }  // namespace detail
 
 /// The values of the tensor `name`, which must be of this type and shape.
@@ -55,13 +61,13 @@ const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_
                                          const std::vector<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
-    if (found == from.tensors.end()) raise(error_code::mismatch, "tensor " + detail::printable(name), expected, "no such tensor");
+    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
     const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
     if (values == nullptr || found->second.shape != shape) {
         const std::string_view type =
             std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
                        found->second.values);
-        raise(error_code::mismatch, "tensor " + detail::printable(name), expected,
+        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
               std::string(type) + ", " + shape_text(found->second.shape));
     }
     return *values;
@@ -74,7 +80,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
         bool is_named = false;
         for (const auto& known : names) is_named = is_named || known == name;
         if (!is_named)
-            raise(error_code::mismatch, "tensor " + detail::printable(name), "only tensors that the network has", "one more");
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
     }
 }
 
