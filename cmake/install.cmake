@@ -1,10 +1,12 @@
-# Headers, targets and the package config that find_package(ldi) reads.
+# Headers, targets, the package config that find_package(ldi) reads, and the weights of the networks.
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 set(package_dir "${CMAKE_INSTALL_DATADIR}/cmake/ldi")
 
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/ldi" DESTINATION include FILES_MATCHING PATTERN "*.hpp")
+set(models_dir "${CMAKE_INSTALL_DATADIR}/ldi/models")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/models/" DESTINATION "${models_dir}" FILES_MATCHING PATTERN "*.safetensors")
 install(TARGETS ldi EXPORT ldiTargets)
 install(EXPORT ldiTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
 if(LDI_BUILD_IO)
@@ -13,6 +15,7 @@ if(LDI_BUILD_IO)
     install(FILES cmake/Findstb.cmake cmake/Findlibexif.cmake cmake/Findprotozero.cmake DESTINATION "${package_dir}")
 endif()
 
-configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ldiConfig.cmake" INSTALL_DESTINATION "${package_dir}")
+configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ldiConfig.cmake"
+    INSTALL_DESTINATION "${package_dir}" PATH_VARS models_dir)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")

@@ -1,5 +1,6 @@
 // photo3d: a photo in, a 3D photo out: a GLB file, or an HTML page that shows it.
 
+#include "data_files.hpp"
 #include "html_page.hpp"
 #include "report.hpp"
 #include "stage_pictures.hpp"
@@ -32,14 +33,13 @@
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, html, depth, depth_model, inpainting_model, stages, report;
-    std::filesystem::path viewer = LDI_SOURCE_DIR "/build/viewer/viewer.html";
+    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report;
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F;
     int quality = 85;
-    std::string inpaint;  // empty: as there are weights or not
+    std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
     ldi::examples::video_options video;
 
@@ -47,11 +47,16 @@ struct arguments {
         if (arithmetic == "fastest") return ldi::fastest_arithmetic();
         return arithmetic == "bfloat16" ? ldi::arithmetic::bfloat16 : ldi::arithmetic::float32;
     }
-    bool inpaints_by_network() const { return inpaint.empty() ? !inpainting_model.empty() : inpaint == "network"; }
 };
 
-void describe(CLI::App& app, arguments& a) {
+constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
+
+void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
+    a.viewer = data / "viewer" / "viewer.html";
     app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
+    app.footer(std::string("Weights that no option names are looked for in the folder that ") +
+               ldi::examples::model_folders::variable + " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights +
+               " and " + inpainting_weights + ".");
     app.add_option("PHOTO", a.photo, "JPEG or PNG")->required();
     CLI::Option_group* outputs = app.add_option_group("Output", "at least one of these");
     outputs->add_option("-o,--output", a.output, "the GLB file to write");
@@ -71,11 +76,13 @@ void describe(CLI::App& app, arguments& a) {
     app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
         ->needs(depth);
     app.add_option("--depth-model", a.depth_model,
-                   "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb")
+                   "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb "
+                   "(the published network); default: see below")
         ->excludes(depth);
-    app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors) of the network that colours hidden surfaces");
+    app.add_option("--inpainting-model", a.inpainting_model,
+                   "weights (safetensors) of the network that colours hidden surfaces; default: see below");
     app.add_option("--inpaint", a.inpaint,
-                   "how hidden surfaces get their colours: network (the default where there are weights) or diffusion")
+                   "how hidden surfaces get their colours: network (the default where its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option(
            "--arithmetic", a.arithmetic,
@@ -94,6 +101,27 @@ void describe(CLI::App& app, arguments& a) {
     app.add_option("--report", a.report, "JSON file for the figures of the run");
     ldi::examples::describe_video(app, a.video);
     app.add_flag("--quiet", a.quiet, "print errors only");
+}
+
+/// Fills in the weights that no option names.
+void find_weights(arguments& a, const std::filesystem::path& data) {
+    const bool needs_depth = a.depth.empty() && a.depth_model.empty();
+    const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
+    if (a.inpaint == "diffusion") a.inpainting_model.clear();
+    if (!needs_depth && !needs_inpainting) return;
+    const ldi::examples::model_folders folders(data);
+    const auto missing = [&](const char* options, const char* file) {
+        ldi::raise(ldi::error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
+                   "none of these");
+    };
+    if (needs_depth) {
+        a.depth_model = folders.find(depth_weights).value_or("");
+        if (a.depth_model.empty()) missing("--depth FILE, or --depth-model PATH", depth_weights);
+    }
+    if (needs_inpainting) {
+        a.inpainting_model = folders.find(inpainting_weights).value_or("");
+        if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);
+    }
 }
 
 ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
@@ -130,14 +158,7 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
 }
 
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
-    if (a.depth.empty() && a.depth_model.empty())
-        ldi::raise(
-            ldi::error_code::invalid_option, "photo3d",
-            "--depth FILE or --depth-model PATH (the published network: git clone "
-            "https://github.com/facebookresearch/one_shot_3d_photography, then --depth-model one_shot_3d_photography/model)",
-            "neither");
-    if (!a.inpaints_by_network()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
-    if (a.inpainting_model.empty()) ldi::raise(ldi::error_code::invalid_option, "photo3d", "--inpainting-model FILE", "none");
+    if (a.inpainting_model.empty()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
     clock.begin("reading inpainting network");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
     return convert(a, photo, inpainter, clock);
@@ -159,8 +180,9 @@ void run(const arguments& a) {
     const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
-    const std::string inpainting = a.inpaints_by_network() ? a.inpainting_model.string() : "diffusion";
-    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, inpainting, glb.size(), jpeg.size());
+    const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),
+                      inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
+    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, depth, inpainting, glb.size(), jpeg.size());
     if (!a.report.empty()) {
         const std::string text = report.dump(2) + "\n";
         ldi::write_file(a.report, std::as_bytes(std::span(text)));
@@ -187,9 +209,11 @@ int main(int count, char** values) {
 #endif
     CLI::App app;
     arguments a;
-    describe(app, a);
+    const std::filesystem::path data = ldi::examples::data_folder(values[0]);
+    describe(app, a, data);
     CLI11_PARSE(app, count, values);
     try {
+        find_weights(a, data);
         run(a);
     } catch (const std::bad_alloc&) {
         std::fputs("photo3d: not enough memory\n", stderr);

@@ -84,9 +84,9 @@ inline std::size_t layer_count(const graph& g) {
 
 /// Figures of the result; file sizes in bytes.
 ///
-/// inpainting  what coloured the hidden surfaces
-inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& inpainting,
-                                          std::size_t glb_bytes, std::size_t jpeg_bytes) {
+/// depth, inpainting  what they come from: paths of files, or the name of a method
+inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
+                                          const std::string& inpainting, std::size_t glb_bytes, std::size_t jpeg_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -98,6 +98,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["height"] = height(result.photo);
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
+    report["depth"] = depth;
     report["inpainting"] = inpainting;
     report["layers"] = layer_count(result.layers.topology);
     report["curves"] = result.curves.size();
@@ -133,6 +134,7 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     char fill[32];
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
+    line("depth from", report["depth"].get<std::string>());
     line("inpainting by", report["inpainting"].get<std::string>());
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("jpeg_bytes") + " of them texture");

@@ -14,11 +14,8 @@ if [ ! -f "$photo" ]; then
     exit 1
 fi
 options=("${@:2}")
-published_model=${LDI_DEPTH_MODEL:-$top/../shared/tiefenrausch/model}
 if [ $# = 0 ]; then
     options+=(--depth "$here/sample_depth.png" --fov 56)
-elif [[ " ${options[*]} " != *" --depth"* && -d "$published_model" ]]; then
-    options+=(--depth-model "$published_model")
 fi
 
 require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" >&2

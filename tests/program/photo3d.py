@@ -18,6 +18,8 @@ import zlib
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 SAMPLE, SAMPLE_DEPTH = (os.path.join(SOURCE, "examples/photo3d", name) for name in ("sample.jpg", "sample_depth.png"))
 SHARED = os.path.join(SOURCE, "..", "shared")
+MODELS = {"depth": "tiefenrausch_small.safetensors", "inpainting": "farbrausch.safetensors"}
+WITHOUT_MODELS = {name: value for name, value in os.environ.items() if name != "LDI_MODELS"}
 passed = failed = 0
 
 
@@ -38,12 +40,12 @@ def npy(width, height, value):
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + struct.pack("<f", value) * (width * height)
 
 
-def run(name, arguments, expect=None, environment=None):
+def run(name, arguments, expect=None, environment=None, program=PROGRAM):
     """expect: words of the message; None if the run must succeed."""
     global passed, failed
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "out.glb")
-        result = subprocess.run([PROGRAM, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600, env=environment)
+        result = subprocess.run([program, *arguments, "-o", output, "--quiet"], capture_output=True, text=True, errors="replace", timeout=600, env=environment or WITHOUT_MODELS)
         written = os.listdir(folder)
         if expect is None:
             good = result.returncode == 0 and written == ["out.glb"] and open(output, "rb").read(4) == b"glTF" and result.stderr == ""
@@ -64,6 +66,15 @@ def check(name, is_good):
     else:
         failed += 1
         print(f"FAILED {name}")
+
+
+def check_report(name, arguments, expect, environment=None, program=PROGRAM):
+    """expect: what the report of a run that succeeds must say, among other things."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "report.json")
+        run(name, [*arguments, "--report", path], None, environment, program)
+        report = json.load(open(path)) if os.path.exists(path) else {}
+        check(f"{name}: {expect} in {report}", expect.items() <= report.items())
 
 
 def is_whole_glb(data):
@@ -97,7 +108,7 @@ def main():
         run("a photo cut off", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
         run("an animation", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["a.gif", "GIF"])
         run("a text file", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
-        run("no depth", [small], ["--depth-model", "git clone"])
+        run("a photo alone", [small])
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map that is nowhere valid", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
         run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
@@ -109,13 +120,32 @@ def main():
         run("the fastest arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "fastest"])
         run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "bfloat16"])
         run("a network that is not to be used", [small, *depth, "--inpainting-model", weights, "--inpaint", "diffusion"])
-        run("inpainting by no network", [small, *depth, "--inpaint", "network"], ["--inpainting-model"])
         run("an inpainting network cut off", [small, *depth, "--inpainting-model", file(folder, "cut.safetensors", open(weights, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
         run("a photo for an inpainting network", [small, *depth, "--inpainting-model", SAMPLE], ["sample.jpg", "expected"])
 
         student = os.path.join(SOURCE, "tests/io/files/tiefenrausch_weights.safetensors")
         run("a depth network in a file", [small, "--depth-model", student])
-        run("another network's file", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "tiefenrausch_small"])
+        run("an inpainting network for depth", [small, "--depth-model", weights], ["farbrausch_weights.safetensors", "a depth network", "found farbrausch"])
+        run("a depth network for inpainting", [small, *depth, "--inpainting-model", student], ["tiefenrausch_weights.safetensors", "an inpainting network", "found tiefenrausch_small"])
+        run("a depth network cut off", [small, "--depth-model", file(folder, "cut.safetensors", open(student, "rb").read()[:9000])], ["cut.safetensors", "tensor", "expected"])
+
+        # Where weights are found that no option names. The program is moved with its data, and without.
+        models, alone, other = os.path.join(SOURCE, "examples/models"), os.path.join(folder, "alone"), os.path.join(folder, "other")
+        os.mkdir(alone), os.mkdir(other)
+        moved, both = shutil.copy(PROGRAM, alone), {"LDI_MODELS": models}
+        shutil.copy(weights, os.path.join(other, "farbrausch.safetensors"))
+        run("a program without its data", [small], ["--depth-model", "tiefenrausch_small.safetensors", "share/ldi/models"], program=moved)
+        check_report("a program without its data: depth given", [small, *depth], {"depth": small_depth, "inpainting": "diffusion"}, program=moved)
+        run("a network that is not found", [small, *depth, "--inpaint", "network"], ["--inpainting-model", "farbrausch.safetensors", "share/ldi/models"], program=moved)
+        check_report("weights found by the environment", [small], {name: os.path.join(models, file) for name, file in MODELS.items()}, both, moved)
+        run("weights in no folder", [small], ["LDI_MODELS", "no/such"], {"LDI_MODELS": "no/such"})
+        share = os.path.join(folder, "share/ldi/models")
+        shutil.copytree(models, share)
+        check_report("weights found beside the program", [small], {name: os.path.join(share, file) for name, file in MODELS.items()}, program=moved)
+        check_report("one of two by the environment", [small], {"depth": os.path.join(share, MODELS["depth"]), "inpainting": os.path.join(other, MODELS["inpainting"])}, {"LDI_MODELS": other}, moved)
+        check_report("an option against the environment", [small, "--depth-model", student, "--inpaint", "diffusion"], {"depth": student, "inpainting": "diffusion"}, both)
+        help_text = subprocess.run([moved, "--help"], capture_output=True, text=True).stdout
+        check("the help says where weights are looked for", "LDI_MODELS" in help_text and share in help_text)
 
         # A page for a browser. What a real viewer makes of it, tests/viewer shows.
         viewer = file(folder, "viewer.html", b"1<title>3D photo</title>2<!-- the photo goes here -->3")
