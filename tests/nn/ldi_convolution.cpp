@@ -295,7 +295,7 @@ TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in floa
     testing::for_random_graphs(45, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         const coarsened coarse = coarsen(g);
-        const indices parents = parents_in_group(g, coarse);
+        const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
         const auto round = [](floats& values) {
