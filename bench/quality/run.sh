@@ -5,7 +5,7 @@
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-views: sizes and times only; --no-sizes: the rest
 #
 # Without a model: examples/models/farbrausch.safetensors. Stereo pairs are those of ../shared/rgbd, skipped where that is absent;
-# the ray-cast scenes need nothing. How good depth is, examples/training/tiefenrausch_small/evaluate.py tells.
+# the ray-cast scenes need nothing. How good depth is, examples/training/evaluate.sh tells.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=scripts/requirements.sh

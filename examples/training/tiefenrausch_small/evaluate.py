@@ -1,20 +1,32 @@
-"""Compares depth networks on photographs with measured depth that none was trained on. See metrics.py for the measures.
+"""Compares the small depth network with the published one on photographs with measured depth that neither was trained on. See
+metrics.py for the measures.
 
-    python3 evaluate.py --pairs RGBD --estimate PROGRAM --teacher MODEL [--float FOLDER/float.pt] [--quantised FILE.safetensors] [--sheet SHEET.png]
+    python3 evaluate.py --pairs RGBD --estimate PROGRAM --convert PROGRAM --published FOLDER --student FILE.safetensors
+                        [--checkpoint FOLDER/float.pt] [--sheet SHEET.png] [--each]
 
-Prints a table for the pairs as they are, one of delta for harder versions of them, and ends with the line `student -D.DDD delta`: what
-the best student given (8 bits if there is one) gains or loses against the published network.
+PROGRAM are estimate.cpp and convert.cpp, compiled. Both networks run in 8 bits, by the library, and in floating point, with the same
+weights. Prints a table for the pairs as they are, one of delta for harder versions of them, and ends with the line `student -D.DDD delta`:
+what the student in 8 bits gains or loses against the published network in 8 bits.
 """
 import argparse
+import os
+import subprocess
+import sys
+import tempfile
 import warnings
 
 import cv2
 import numpy as np
 import torch
+import torch.nn.functional as F
 
 import metrics
 from estimator import Estimator
+from export import Integers
 from model import Student
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from weight_files import read_safetensors  # noqa: E402
 
 NOISE = 20  # standard deviation of the noisy versions
 
@@ -26,7 +38,43 @@ def network_size(photo):
     return cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA)
 
 
-def float_student(path):
+class Floats:
+    """A file's network in floating point. What leaves a tensor's 8-bit range is clipped all the same: a network that was trained in
+    8 bits counts on it (a ReLU is nothing else), and the published one says something else without."""
+
+    def __init__(self, tensors):
+        self.operators, self.scales, self.weights = tensors["operators"].tolist(), tensors["scales"], {}
+        self.ranges = [((0 - z) * s, (255 - z) * s) for s, z in zip(self.scales.tolist(), tensors["zero_points"].tolist())]
+        for i, (kind, a, _, _, _) in enumerate(self.operators):
+            if kind < 2:
+                scale = tensors["weight_scales"][i]
+                weight = (tensors[f"{i}.weight"].astype(np.float32) - tensors["weight_zero_points"][i]) * scale
+                bias = tensors[f"{i}.bias"].astype(np.float32) * (self.scales[a] * scale)
+                self.weights[i] = torch.from_numpy(weight).permute(0, 3, 1, 2).contiguous(), torch.from_numpy(bias)
+
+    @torch.no_grad()
+    def __call__(self, photo):
+        """photo H x W x 3 uint8 -> log disparity H' x W' float32"""
+        values = [torch.from_numpy(network_size(photo)).permute(2, 0, 1)[None].float().div(255).clamp(*self.ranges[0])]
+        for i, (kind, a, b, kernel, stride) in enumerate(self.operators):
+            if kind < 2:
+                weight, bias = self.weights[i]
+                y = F.conv2d(values[a], weight, bias, stride, kernel // 2, 1, len(weight) if kind == 1 else 1)
+            else:
+                y = values[a] + values[b] if kind == 2 else values[a].repeat_interleave(stride, 2).repeat_interleave(stride, 3)
+            values.append(y.clamp(*self.ranges[i + 1]))
+        return values[-1][0, 0].numpy()
+
+
+def check_integers(tensors, estimator, name):
+    """That the file read here is the network that the library runs: exact integers agree on every pixel."""
+    photo = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
+    levels = np.rint(photo.astype(np.float32) / np.float32(255) / tensors["scales"][0]) + tensors["zero_points"][0]
+    if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.levels(photo, False)[0]).any():
+        raise SystemExit(f"{name}: the library's result is not that of exact integers")
+
+
+def float_checkpoint(path):
     net = Student().eval()
     state = torch.load(path)
     if state["ranges"]:
@@ -35,8 +83,7 @@ def float_student(path):
 
     @torch.no_grad()
     def log_disparity(photo):
-        with torch.cpu.amp.autocast(dtype=torch.bfloat16):
-            return net(torch.from_numpy(network_size(photo)).permute(2, 0, 1)[None].float() / 255)[0, 0].float().numpy()
+        return net(torch.from_numpy(network_size(photo)).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
     return log_disparity
 
 
@@ -72,50 +119,64 @@ def sheet(rows):
                            for photo, *others in rows], 0)
 
 
-def main():
+def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name in ("pairs", "estimate", "teacher"):
+    for name in ("pairs", "estimate", "convert", "published", "student"):
         p.add_argument("--" + name, required=True)
-    p.add_argument("--float", help="checkpoint of the float network")
-    p.add_argument("--quantised", help="what export.py wrote")
+    p.add_argument("--checkpoint", help="the student before it was brought to 8 bits, for one more line")
     p.add_argument("--sheet", help="where to put a picture of all estimates")
     p.add_argument("--each", action="store_true", help="print every pair too")
-    p.add_argument("--quick", action="store_true", help="only the pairs as they are")
-    a = p.parse_args()
+    return p.parse_args()
+
+
+def networks_of(a):
+    """{name: photograph -> log disparity}"""
+    with tempfile.TemporaryDirectory() as folder:
+        converted = os.path.join(folder, "published.safetensors")
+        subprocess.run([a.convert, a.published, converted], check=True)
+        files = {"published": (converted, a.published), "student": (a.student, a.student)}
+        networks = {}
+        for name, (weights, model) in files.items():
+            tensors, estimator = read_safetensors(weights)[0], Estimator(a.estimate, model)
+            check_integers(tensors, estimator, name)
+            networks |= {f"{name}, float": Floats(tensors), f"{name}, 8 bits": estimator}
+    if a.checkpoint:
+        networks["student before 8 bits, float"] = float_checkpoint(a.checkpoint)
+    return networks
+
+
+def main():
+    a = arguments()
     warnings.simplefilter("ignore", RuntimeWarning)
     torch.set_num_threads(1)
-    networks = {"published, 8 bits": Estimator(a.estimate, a.teacher)}
-    if a.float:
-        networks["student, float"] = float_student(a.float)
-    if a.quantised:
-        networks["student, 8 bits"] = Estimator(a.estimate, a.quantised)
-    results, pictures = {}, []
+    cv2.setNumThreads(1)
+    networks = networks_of(a)
+    results, pictures, likeness = {}, [], {}
     for name, photo, truth in metrics.read_pairs(a.pairs):
-        row = [photo, truth]
         for version, image, disparity in versions(photo, truth):
-            if a.quick and version != "as they are":
-                break
-            for network, estimate in networks.items():
-                found = np.exp(estimate(image))
-                results.setdefault((version, network), []).append(metrics.compare(found, disparity))
-                if version == "as they are":
-                    row.append(found)
-        pictures.append(row)
+            found = {n: estimate(image) for n, estimate in networks.items() if version == "as they are" or n.endswith("8 bits")}
+            for n, logarithm in found.items():
+                results.setdefault((version, n), []).append(metrics.compare(np.exp(logarithm), disparity))
+            if version == "as they are":
+                pictures.append([photo, truth, *map(np.exp, found.values())])
+                for n in ("published", "student"):
+                    pair = found[n + ", float"].ravel(), found[n + ", 8 bits"].ravel()
+                    likeness.setdefault(n, []).append(np.corrcoef(*pair)[0, 1])
         if a.each:
             print(f"{name:26s}", "  ".join(f"{n} {results['as they are', n][-1]['delta']:.3f}" for n in networks))
     mean = {at: {m: np.nanmean([float(r[m]) for r in found]) for m in found[0]} for at, found in results.items()}
-    measures = ("delta", "abs_rel", "rmse", "edges")
-    print("| | delta < 1.25 | AbsRel | RMSE | edges (F1) |\n|---|---|---|---|---|")
+    print(f"| {len(pictures)} pairs | delta < 1.25 | AbsRel | RMSE | edges (F1) |\n|---|---|---|---|---|")
     for n in networks:
-        print(f"| {n} | " + " | ".join(f"{mean['as they are', n][m]:.3f}" for m in measures) + " |")
-    if not a.quick:
-        print("\n| delta < 1.25 | " + " | ".join(networks) + " |\n|---|" + "---|" * len(networks))
-        for version in dict.fromkeys(v for v, _ in results):
-            print(f"| {version} | " + " | ".join(f"{mean[version, n]['delta']:.3f}" for n in networks) + " |")
+        print(f"| {n} | " + " | ".join(f"{mean['as they are', n][m]:.3f}" for m in ("delta", "abs_rel", "rmse", "edges")) + " |")
+    print("\nCorrelation of float and 8 bits, log disparity: " + ", ".join(f"{n} {np.mean(r):.3f}" for n, r in likeness.items()) + "\n")
+    compared = [n for n in networks if n.endswith("8 bits")]
+    print("| delta < 1.25 | " + " | ".join(compared) + " |\n|---|" + "---|" * len(compared))
+    for version in dict.fromkeys(v for v, _ in results):
+        print(f"| {version} | " + " | ".join(f"{mean[version, n]['delta']:.3f}" for n in compared) + " |")
     if a.sheet:
         cv2.imwrite(a.sheet, sheet(pictures))
-    names = list(networks)
-    print(f"student {mean['as they are', names[-1]]['delta'] - mean['as they are', names[0]]['delta']:+.3f} delta")
+    published, student = (mean["as they are", n]["delta"] for n in compared)
+    print(f"\nstudent {student - published:+.3f} delta")
 
 
 if __name__ == "__main__":

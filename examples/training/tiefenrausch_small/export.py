@@ -2,6 +2,8 @@
 
     python3 export.py --checkpoint FOLDER/final.pt --data DATA --out tiefenrausch_small.safetensors
 
+Any other checkpoint can be exported as well; one from before the training went on in 8 bits is rounded to them here.
+
 What is in the file (n operators; tensor 0 is the photograph, tensor i + 1 what operator i makes):
 
     operators           I32  n x 5   kind (0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement), first input, second input
@@ -23,9 +25,11 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 
+import data
 import model
+import train
 from model import Addition, Convolution
-from quantise import Quantised
+from quantise import Quantised, find_ranges
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors, write_safetensors  # noqa: E402
@@ -110,14 +114,18 @@ class Integers:
         return (values[-1][0, 0].numpy() + zero_points[-1]).astype(np.uint8)
 
 
-def load_quantised(path):
-    """(the quantised network of a checkpoint in evaluation mode, the checkpoint)"""
+def load_quantised(path, folder):
+    """(the quantised network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
+    ranges from photographs of `folder` (of prepare.py)."""
     state = torch.load(path)
-    if not state["ranges"]:
-        raise SystemExit(f"{path} is not quantised yet")
-    net = Quantised(state["ranges"]).eval()
-    net.load_state_dict(state["average"])
-    return net, state
+    if state["ranges"]:
+        net = Quantised(state["ranges"])
+        net.load_state_dict(state["average"])
+    else:
+        student = model.Student().eval()
+        student.load_state_dict(state["average"])
+        net = Quantised(find_ranges(student, train.calibration(data.Photographs(folder), np.random.default_rng(3)))).take(student)
+    return net.eval(), state
 
 
 def main():
@@ -128,7 +136,8 @@ def main():
     p.add_argument("--note", default="", help="goes into the provenance: licences, say")
     p.add_argument("--example", help="also write a small photograph and what the network must make of it, as safetensors, to test readers with")
     a = p.parse_args()
-    net, state = load_quantised(a.checkpoint)
+    torch.manual_seed(0)
+    net, state = load_quantised(a.checkpoint, a.data)
     with open(os.path.join(a.data, "index.json")) as file:
         names = [entry["name"] for entry in json.load(file)["entries"]]
     parameters, products = model.costs()
@@ -138,7 +147,7 @@ def main():
         "output": "log disparity", "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teacher": "Tiefenrausch as published (MIT)", "photographs": len(names),
             "photograph_names_sha256": hashlib.sha256("\n".join(names).encode()).hexdigest(), "steps": state["step"],
-            "samples": state["samples"], "processor_hours": round(state["seconds"] / 3600, 2), "parameters": parameters,
+            "samples": state["samples"], "steps_in_8_bits": state["step"] - state["since"] if state["ranges"] else 0, "processor_hours": round(state["seconds"] / 3600, 2), "parameters": parameters,
             "multiplications_384x288": products, "note": a.note})})
 
     generator = torch.Generator().manual_seed(1)
@@ -147,7 +156,7 @@ def main():
     exact = Integers(read_safetensors(a.out)[0])(photo)
     with torch.no_grad():
         trained = net(torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
-    scale, zero_point = state["ranges"]["log_disparity"]
+    scale, zero_point = net.ranges["log_disparity"]
     difference = np.abs(exact.astype(np.float64) - zero_point - trained / scale)
     if a.example:
         write_safetensors(a.example, {"photo": photo, "log_disparity": exact}, {"format": "ldi", "name": "tiefenrausch_small example"})

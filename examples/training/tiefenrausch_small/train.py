@@ -56,6 +56,11 @@ def validate(net, batches):
     return tuple(torch.cat(v).mean().item() for v in (spreads, shares, gradients))
 
 
+def calibration(photographs, rng):
+    """What the ranges of the 8-bit tensors are found from."""
+    return [photographs.batch(rng, 4, shape)[0] for shape in STAGES[-1][2] for _ in range(2)]
+
+
 class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
 
@@ -219,7 +224,7 @@ def main():
             break
         if progress >= QUANTISED_FROM and run.ranges is None:
             run.save(path("float.pt"))
-            run.quantise([photographs.batch(rng, 4, shape)[0] for shape in STAGES[-1][2] for _ in range(2)])
+            run.quantise(calibration(photographs, rng))
             print(f"step {run.step}: on in 8 bits", flush=True)
         _, pixels, shapes = next(s for s in STAGES if progress < s[0])
         shape = shapes[rng.integers(len(shapes))]

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# How good the weights are, on photographs that none was trained on: fills of 200 fixed holes, and depth where it was measured. Prints
+# Markdown and ends with "farbrausch +D.DD dB, student -D.DDD delta". Installs what is missing; takes 6 minutes of one core.
+#
+#   examples/training/evaluate.sh [FOLDER]      FOLDER: of the weights, examples/models without it
+#
+# Pictures go to out/training. The photographs are those of ../shared; where they are absent, that table is skipped and the line says so.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_compiler[@]}" "${needs_library[@]}" "${needs_weight_files[@]}" "${needs_training[@]}" >&2
+
+models=$(realpath "${1:-$root/examples/models}")
+shared=$root/../shared
+built=$root/build/training
+pictures=$root/out/training
+mkdir -p "$built" "$pictures"
+export PYTHONDONTWRITEBYTECODE=1
+
+# Prints what is missing of the given paths, and fails if anything is.
+are_there() {
+    local path
+    for path in "$@"; do
+        if [ ! -e "$path" ]; then
+            printf 'skipped: there is no %s\n' "$path"
+            return 1
+        fi
+    done
+}
+
+# Runs a program of this folder and keeps what it prints.
+measure() {
+    local kept=$1 start=$SECONDS
+    shift
+    (cd "$here" && /usr/bin/python3 "$@") | tee "$built/$kept"
+    printf '\n(%d s)\n' $((SECONDS - start))
+}
+
+# What a table's last line says: the difference, or that there is none.
+difference() {
+    { [ -f "$built/$1" ] && grep -E "^$2 [+-]" "$built/$1" || printf '%s not measured\n' "$2"; } | tail -n 1
+}
+rm -f "$built/inpainting.md" "$built/depth.md"
+
+printf '## Inpainting\n\n'
+if are_there "$shared/photos/eval" "$models/farbrausch.safetensors"; then
+    measure inpainting.md farbrausch/evaluate.py --photos "$shared/photos/eval" --weights "$models/farbrausch.safetensors" \
+        --sheets "$pictures"
+fi
+
+printf '\n## Depth\n\n'
+if are_there "$shared/rgbd" "$shared/tiefenrausch/model" "$models/tiefenrausch_small.safetensors"; then
+    for program in estimate convert; do
+        "${CXX:-g++}" -std=c++20 -O2 -I"$root/include" "$here/tiefenrausch_small/$program.cpp" -o "$built/$program"
+    done
+    measure depth.md tiefenrausch_small/evaluate.py --pairs "$shared/rgbd" --estimate "$built/estimate" --convert "$built/convert" \
+        --published "$shared/tiefenrausch/model" --student "$models/tiefenrausch_small.safetensors" --sheet "$pictures/depth.png"
+fi
+
+printf '\n%s, %s\n' "$(difference inpainting.md farbrausch)" "$(difference depth.md student)"
