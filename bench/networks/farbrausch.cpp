@@ -62,6 +62,7 @@ ldi::farbrausch network_with(ldi::arithmetic kind) {
 std::vector<ldi::arithmetic> available_arithmetics() {
     std::vector<ldi::arithmetic> kinds{ldi::arithmetic::float32};
     if (ldi::multiplies_bfloat16(ldi::best_isa())) kinds.push_back(ldi::arithmetic::bfloat16);
+    kinds.push_back(ldi::arithmetic::int8);
     return kinds;
 }
 

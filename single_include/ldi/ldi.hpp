@@ -2622,30 +2622,37 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// How many groups of inputs that are multiplied together a stretch has, the last one perhaps in part.
-constexpr std::size_t groups_of(std::size_t inputs, std::size_t group) { return (inputs + group - 1) / group; }
+/// How many groups there are of so many things, the last one perhaps in part.
+constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
 /// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
 ///
+/// layer    says how many outputs, rows and inputs there are
 /// weights  outputs x rows x inputs, row-major
-template <std::size_t group, class Value>
-inline void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t most_vectors) {
-    const panel_cut cut(packed.outputs, lanes, most_vectors);
-    const std::size_t inputs = packed.inputs;
+template <std::size_t group, class Layer, class Value>
+void append_panels(aligned_vector<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
+                   std::size_t most_vectors) {
+    const panel_cut cut(layer.outputs, lanes, most_vectors);
+    const std::size_t inputs = layer.inputs;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t r = 0; r < packed.rows; ++r)
+        for (std::size_t r = 0; r < layer.rows; ++r)
             for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
                 for (std::size_t o = first; o < last; ++o)
                     for (std::size_t g = i; g < i + group; ++g)
-                        packed.values.push_back(o < packed.outputs && g < inputs ? weights[(o * packed.rows + r) * inputs + g]
-                                                                                 : Value{});
-        for (std::size_t o = first; o < last; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+                        values.push_back(o < layer.outputs && g < inputs ? weights[(o * layer.rows + r) * inputs + g] : Value{});
         first = last;
     }
+}
+
+template <std::size_t group, class Value>
+void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
+                        std::size_t lanes, std::size_t most_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+    packed.bias.assign(bias.begin(), bias.end());
+    packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }
 
 }  // namespace detail
@@ -2716,8 +2723,8 @@ struct conv_tile_pointers {
 
 /// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
 template <class Store, std::size_t half, class Output, std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                          const Output& out, std::size_t pixel) {
+[[gnu::always_inline]] inline void finish_floats(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                                 const Output& out, std::size_t pixel) {
     const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     const __m512 slope = _mm512_set1_ps(out.negative_slope);
     __m512 values{};
@@ -2730,6 +2737,40 @@ template <class Store, std::size_t half, class Output, std::size_t... v>
         values = _mm512_castps256_ps512(rest);
         Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
     }
+}
+
+/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs, then Kernel::finish().
+template <class Kernel, std::size_t half, class Value, class Output, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             const conv_panel_input<Value>& input, std::size_t first_pixel, const Output& out) {
+    constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
+    conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
+    const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
+    const auto* weights = input.weights;
+    // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
+    const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
+    for (std::size_t r = 0; r < input.row_count; ++r) {
+        const Value* const x = input.rows[r] + first_pixel * stride;
+        const Value* next_tile = x + sizeof...(p) * stride;
+        conv_tile_pointers<Value, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
+        ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
+        for (std::size_t i = 0; i < groups; ++i) {
+            const auto w = load_conv_lanes<half>(vectors, weights);
+            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+            (Kernel::template multiply_add<half>(vectors, sums[p], Kernel::load(pointers.template at<p>()), w), ...);
+            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] += group) : void()), ...);
+            next_tile += fetch;
+            weights += group * lanes;
+        }
+        if constexpr (group > 1)
+            if (const std::size_t rest = input.inputs % group; rest != 0) {
+                const auto w = load_conv_lanes<half>(vectors, weights);
+                (Kernel::template multiply_add<half>(vectors, sums[p], Kernel::load_rest(pointers.template at<p>(), rest), w),
+                 ...);
+                weights += group * lanes;
+            }
+    }
+    (Kernel::template finish<half>(vectors, sums[p], out, first_pixel + p), ...);
 }
 
 /// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.
@@ -2851,7 +2892,7 @@ struct conv_bf16_kernel {
                 weights += group * lanes;
             }
         }
-        (finish<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
+        (finish_floats<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
     }
 };
 
@@ -3106,13 +3147,15 @@ LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 struct conv_f32_kernel {
     static constexpr std::size_t group = 1;  // inputs that are multiplied together
 
+    [[gnu::always_inline]] static float load(const float* input) { return *input; }
+
     template <std::size_t half, std::size_t... v>
-    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
-                                                    const float* input, const conv_lanes<sizeof...(v), half>& weights) {
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums, float input,
+                                                    const conv_lanes<sizeof...(v), half>& weights) {
         if constexpr (sizeof...(v) == 0) {
-            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(*input), weights.rest, sums.rest);
+            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
-            __m512 x = _mm512_set1_ps(*input);
+            __m512 x = _mm512_set1_ps(input);
             if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
@@ -3124,29 +3167,16 @@ struct conv_f32_kernel {
         _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
     }
 
-    template <std::size_t half, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                     std::size_t first_pixel, const conv_panel_output<float>& out) {
-        conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* const x = input.rows[r] + first_pixel * stride;
-            const float* next_tile = x + sizeof...(p) * stride;
-            conv_tile_pointers<float, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
-            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const auto w = load_conv_lanes<half>(vectors, weights);
-                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-                (multiply_add<half>(vectors, sums[p], pointers.template at<p>(), w), ...);
-                ((p % 4 == 0 ? void(++pointers.every_fourth[p / 4]) : void()), ...);
-                next_tile += fetch;
-                weights += sizeof...(v) * conv_whole + half * conv_half;
-            }
-        }
-        (finish<conv_f32_kernel, half>(vectors, sums[p], out, first_pixel + p), ...);
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void finish(std::index_sequence<v...> vectors, const conv_lanes<sizeof...(v), half>& sums,
+                                              const conv_panel_output<float>& out, std::size_t pixel) {
+        finish_floats<conv_f32_kernel, half>(vectors, sums, out, pixel);
+    }
+
+    template <std::size_t half, class Pixels, class Vectors>
+    static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input, std::size_t first_pixel,
+                     const conv_panel_output<float>& out) {
+        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, out);
     }
 };
 
@@ -3436,6 +3466,423 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
         case isa::wasm_simd128: return wasm_simd128::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
 #endif
         default: return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/kernels/detail/conv_u8_weights.hpp
+// The packed weights of kernels/conv_u8.hpp, and what packing has in common on all instruction sets.
+
+namespace ldi {
+
+/// The largest absolute value of a weight. Two products of a weight and an unsigned byte then add up in 16 bits, which is what
+/// AVX2 multiplies bytes with.
+inline constexpr std::int32_t largest_conv_u8_weight = 63;
+/// Inputs of all stretches together: sums stay in 32 bits.
+inline constexpr std::size_t most_conv_u8_inputs = std::size_t{1} << 17;
+
+/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes sound ones.
+struct conv_u8_weights {
+    using value_type = std::uint8_t;  ///< of the inputs
+
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    std::uint8_t result_zero_point = 0;
+    detail::aligned_vector<std::int8_t> values;
+    detail::aligned_vector<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    detail::aligned_vector<float> scales, bias;
+};
+
+/// What a kernel does with the sums of one panel.
+template <class Result>
+struct conv_u8_panel_output {
+    const std::int32_t* offsets;
+    const float *scales, *bias, *ratios;
+    float negative_slope, zero_point;
+    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t count;   ///< outputs from here on, to the last of the layer
+    Result* values;
+
+    conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
+        : offsets(weights.offsets.data()),
+          scales(weights.scales.data()),
+          bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
+
+    /// Goes on to the next panel.
+    void skip(std::size_t lanes) {
+        offsets += lanes, scales += lanes, bias += lanes, values += lanes;
+        count -= lanes < count ? lanes : count;
+    }
+};
+
+namespace detail {
+
+/// As append_conv_panels() does it.
+///
+/// zero_points  of the inputs of a stretch
+template <std::size_t group>
+inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
+                                  std::span<const std::uint8_t> zero_points, std::span<const float> scales,
+                                  std::span<const float> bias, std::size_t lanes, std::size_t most_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+    const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
+    packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        packed.scales[o] = scales[o], packed.bias[o] = bias[o];
+        for (std::size_t i = 0; i < packed.rows * packed.inputs; ++i)
+            packed.offsets[o] -= weights[o * packed.rows * packed.inputs + i] * zero_points[i % packed.inputs];
+    }
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/conv_u8_avx2.hpp
+// kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx2 {
+
+inline constexpr std::size_t conv_u8_width = 8, conv_u8_most_vectors = 3, conv_u8_group = 4;
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<conv_u8_group>(packed, weights, zero_points, scales, bias, conv_u8_width, conv_u8_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+[[gnu::always_inline]] inline std::int32_t load_inputs(const std::uint8_t* input, std::size_t count) {
+    std::int32_t four = 0;
+    std::memcpy(&four, input, count);
+    return four;
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, std::int32_t inputs,
+                                                const __m256i* weights) {
+    const __m256i x = _mm256_set1_epi32(inputs), ones = _mm256_set1_epi16(1);
+    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(_mm256_maddubs_epi16(x, weights[v]), ones))), ...);
+}
+
+[[gnu::always_inline]] inline __m256i first_lanes(std::size_t count) {
+    return _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+
+[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, __m256 values) {
+    if (count >= conv_u8_width) return _mm256_storeu_ps(to, values);
+    _mm256_maskstore_ps(to, first_lanes(count), values);
+}
+[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, __m256 values) {
+    const __m256 clamped = _mm256_min_ps(_mm256_max_ps(values, _mm256_setzero_ps()), _mm256_set1_ps(255.0F));
+    const __m256i integers = _mm256_cvtps_epi32(clamped);
+    const __m128i words = _mm_packus_epi32(_mm256_castsi256_si128(integers), _mm256_extracti128_si256(integers, 1));
+    const __m128i bytes = _mm_packus_epi16(words, words);
+    if (count >= conv_u8_width) return _mm_storeu_si64(to, bytes);
+    std::uint8_t all[conv_u8_width];
+    _mm_storeu_si64(all, bytes);
+    std::memcpy(to, all, count);
+}
+
+template <class Result>
+[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
+                                                 __m256i sums, __m256 ratio) {
+    if (out.count <= from) return;
+    const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
+    const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
+    const __m256 value =
+        _mm256_fmadd_ps(exact, _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), ratio), _mm256_loadu_ps(out.bias + from));
+    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(value, _mm256_set1_ps(out.negative_slope)), value);
+    store_outputs(out.values + pixel * out.stride + from, out.count - from,
+                  _mm256_add_ps(activated, _mm256_set1_ps(out.zero_point)));
+}
+
+template <class Result, std::size_t... v>
+[[gnu::always_inline]] inline void finish_pixel(std::index_sequence<v...>, const __m256i* sums,
+                                                const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+    (finish_vector(out, pixel, v * conv_u8_width, sums[v], ratio), ...);
+}
+
+template <class Result, std::size_t... p, std::size_t... v>
+inline void conv_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                         const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                         const conv_u8_panel_output<Result>& out) {
+    __m256i sums[sizeof...(p) * sizeof...(v)] = {};
+    const std::size_t stride = input.pixel_stride;
+    const std::uint8_t* weights = input.weights;
+    for (std::size_t r = 0; r < input.row_count; ++r) {
+        const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+        std::size_t rest = input.inputs;
+        for (; rest >= conv_u8_group; rest -= conv_u8_group) {
+            const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), load_inputs(x + p * stride, conv_u8_group), w), ...);
+            x += conv_u8_group;
+            weights += sizeof...(v) * sizeof(__m256i);
+        }
+        if (rest != 0) {
+            const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), load_inputs(x + p * stride, rest), w), ...);
+            weights += sizeof...(v) * sizeof(__m256i);
+        }
+    }
+    (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Result>
+inline void conv_u8_panel(const conv_panel_input<std::uint8_t>& input, std::size_t first, std::size_t last,
+                          const conv_u8_panel_output<Result>& out) {
+    for (; first + pixels <= last; first += pixels)
+        conv_u8_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_u8_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    const detail::panel_cut cut(weights.outputs, conv_u8_width, conv_u8_most_vectors);
+    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
+    conv_panel_input<std::uint8_t> input{rows, weights.rows, weights.inputs, pixel_stride, values};
+    conv_u8_panel_output<Result> out(weights, ratios, result);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel);
+        switch (vectors) {
+            case 1: conv_u8_panel<10, 1>(input, 0, pixels, out); break;
+            case 2: conv_u8_panel<5, 2>(input, 0, pixels, out); break;
+            default: conv_u8_panel<3, 3>(input, 0, pixels, out); break;
+        }
+        input.weights += weights.rows * detail::groups_of(weights.inputs, conv_u8_group) * vectors * sizeof(__m256i);
+        out.skip(vectors * conv_u8_width);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
+
+// ---- ldi/kernels/conv_u8_avx512vnni.hpp
+// kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd makes four products for each lane.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::avx512vnni {
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_most_halves);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+struct conv_u8_kernel {
+    static constexpr std::size_t group = 4;  // inputs that are multiplied together
+
+    [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
+
+    [[gnu::always_inline]] static std::int32_t load_rest(const std::uint8_t* input, std::size_t count) {
+        std::int32_t four = 0;
+        std::memcpy(&four, input, count);
+        return four;
+    }
+
+    /// Lanes hold integers, whatever their type says.
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
+                                                    std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
+        __m512i x = _mm512_set1_epi32(inputs);
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // clang would load it once more for the half vector
+        ((sums.whole[v] = _mm512_castsi512_ps(
+              _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
+         ...);
+        if constexpr (half == 1)
+            sums.rest = _mm256_castsi256_ps(_mm256_dpbusd_epi32(_mm256_castps_si256(sums.rest), _mm512_castsi512_si256(x),
+                                                                _mm256_castps_si256(weights.rest)));
+    }
+
+    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
+        _mm512_mask_storeu_ps(to, existing, values);
+    }
+    [[gnu::always_inline]] static void store(std::uint8_t* to, __mmask16 existing, __m512 values) {
+        const __m512 clamped = _mm512_min_ps(_mm512_max_ps(values, _mm512_setzero_ps()), _mm512_set1_ps(255.0F));
+        _mm_mask_storeu_epi8(to, existing, _mm512_cvtepi32_epi8(_mm512_cvtps_epi32(clamped)));
+    }
+
+    template <class Result>
+    [[gnu::always_inline]] static void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
+                                                     __m512i sums, __m512 ratio) {
+        const __mmask16 existing = existing_outputs(out, from);
+        const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(sums, _mm512_maskz_loadu_epi32(existing, out.offsets + from)));
+        const __m512 scale = _mm512_mul_ps(_mm512_maskz_loadu_ps(existing, out.scales + from), ratio);
+        const __m512 value = _mm512_fmadd_ps(exact, scale, _mm512_maskz_loadu_ps(existing, out.bias + from));
+        const __m512 activated = _mm512_max_ps(_mm512_mul_ps(value, _mm512_set1_ps(out.negative_slope)), value);
+        store(out.values + pixel * out.stride + from, existing, _mm512_add_ps(activated, _mm512_set1_ps(out.zero_point)));
+    }
+
+    template <std::size_t half, class Result, std::size_t... v>
+    [[gnu::always_inline]] static void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                              const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+        const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+        (finish_vector(out, pixel, v * conv_whole, _mm512_castps_si512(sums.whole[v]), ratio), ...);
+        if constexpr (half == 1)
+            finish_vector(out, pixel, sizeof...(v) * conv_whole, _mm512_castsi256_si512(_mm256_castps_si256(sums.rest)), ratio);
+    }
+
+    template <std::size_t half, class Pixels, class Vectors, class Input, class Output>
+    static void tile(Pixels pixels, Vectors vectors, const Input& input, std::size_t first_pixel, const Output& out) {
+        conv_tile<conv_u8_kernel, half>(pixels, vectors, input, first_pixel, out);
+    }
+};
+
+LDI_END_TARGET
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    const auto* const values =
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // bytes: their signs are the kernel's affair
+    conv_panels<conv_u8_kernel>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+}
+
+}  // namespace ldi::avx512vnni
+
+#endif
+
+// ---- ldi/kernels/conv_u8_scalar.hpp
+// kernels/conv_u8.hpp in portable C++.
+
+namespace ldi::scalar {
+
+/// Outputs that lie side by side in memory. Compilers make vectors of them.
+inline constexpr std::size_t conv_u8_panel = 8;
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
+}
+
+/// A sum without zero points to a result. One rounding in the product's sum with the bias, on every instruction set.
+template <class Result>
+Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
+    const float value = std::fma(static_cast<float>(sum), scale, bias);
+    const float activated = (value > 0.0F ? value : value * negative_slope) + zero_point;
+    if constexpr (std::is_same_v<Result, float>)
+        return activated;
+    else
+        return static_cast<Result>(std::nearbyint(std::clamp(activated, 0.0F, 255.0F)));
+}
+
+/// The sums of `pixels` pixels with one panel of weights.
+template <std::size_t pixels, class Result>
+void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t first_pixel,
+                  std::size_t pixel_stride, std::size_t first_output, const conv_u8_panel_output<Result>& out) {
+    std::int32_t sums[pixels][conv_u8_panel] = {};
+    const std::int8_t* values = weights.values.data() + first_output * weights.rows * weights.inputs;
+    for (std::size_t r = 0; r < weights.rows; ++r) {
+        const std::uint8_t* const input = rows[r] + first_pixel * pixel_stride;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_u8_panel)
+            for (std::size_t p = 0; p < pixels; ++p) {
+                const std::int32_t x = input[p * pixel_stride + i];
+                for (std::size_t o = 0; o < conv_u8_panel; ++o) sums[p][o] += x * std::int32_t{values[o]};
+            }
+    }
+    const std::size_t count = std::min(conv_u8_panel, out.count);
+    for (std::size_t p = 0; p < pixels; ++p) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[first_pixel + p];
+        for (std::size_t o = 0; o < count; ++o)
+            out.values[(first_pixel + p) * out.stride + o] = finish_conv_u8<Result>(
+                sums[p][o] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
+    }
+}
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    constexpr std::size_t tile = 4;
+    conv_u8_panel_output<Result> out(weights, ratios, result);
+    for (std::size_t o = 0; o < weights.outputs; o += conv_u8_panel, out.skip(conv_u8_panel)) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile) conv_u8_tile<tile>(weights, rows, p, pixel_stride, o, out);
+        for (; p < pixels; ++p) conv_u8_tile<1>(weights, rows, p, pixel_stride, o, out);
+    }
+}
+
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_u8.hpp
+// k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
+// rounded to 8 bits wherever it is stored. This header is the contract of the family; one file for each instruction set
+// implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
+//
+// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
+// the same operations everywhere (the product of sum and scale is added to the bias with one rounding).
+
+namespace ldi {
+
+/// target             to pack for, one that is_available()
+/// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
+///                    most_conv_u8_inputs
+/// zero_points        of the inputs of one stretch
+/// scales, bias       outputs: what a sum is multiplied by, and what is added then, in units of the result's scale
+/// rows               stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k
+///                    pixels
+/// result_zero_point  of results that are bytes
+inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                                    std::span<const float> scales, std::span<const float> bias, std::size_t rows,
+                                    activation after, std::uint8_t result_zero_point) {
+    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
+    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= most_conv_u8_inputs);
+    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
+                           [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
+    conv_u8_weights packed;
+    packed.target = without_tiles(target);
+    packed.rows = rows;
+    packed.inputs = zero_points.size();
+    packed.outputs = bias.size();
+    packed.negative_slope = after.negative_slope;
+    packed.result_zero_point = result_zero_point;
+    switch (packed.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: avx512vnni::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+        case isa::avx2: avx2::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+#endif
+        default: scalar::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+    }
+    return packed;
+}
+
+/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias), and where it is a byte plus the zero
+/// point, rounded, of two the even one, and clamped
+///
+/// rows          where the first pixel's stretches of `inputs` values begin
+/// pixel_stride  values from a pixel's stretches to the next pixel's
+/// ratios        one a pixel; nullptr for 1
+/// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    switch (weights.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+        case isa::avx2: return avx2::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+        default: return scalar::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
     }
 }
 
@@ -6508,13 +6955,14 @@ namespace ldi {
 
 /// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
 ///
-/// Value  what the weights' kernel reads: float or bfloat16
+/// Value  what the weights' kernel reads: float, bfloat16 or std::uint8_t
 template <class Value>
 struct basic_convolution_source {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
     std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    Value zero = {};                     ///< what stands for zero: of bytes their zero point
 
     /// The row of a pixel that counts, or no_pixel.
     std::int32_t row_of(std::int32_t pixel) const {
@@ -6538,6 +6986,21 @@ template <class Result>
 void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
               const float* ratios, Result* result) {
     conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+template <class Result>
+void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+/// What stands for zero among the results of such weights.
+template <class Result, class Weights>
+Result zero_of_results(const Weights& weights) {
+    if constexpr (std::is_same_v<Result, std::uint8_t>)
+        return weights.result_zero_point;
+    else
+        return Result{};
 }
 
 /// What stays the same for all blocks of a convolution.
@@ -6574,7 +7037,7 @@ std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources,
     for (const auto& source : sources) {
         const std::int32_t row = source.row_of(pixel);
         if (row == no_pixel) {
-            std::fill_n(to, source.channels, Value{});
+            std::fill_n(to, source.channels, source.zero);
         } else {
             copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
             counted += source.channels;
@@ -6714,7 +7177,7 @@ private:
     /// Where the whole window is masked, not even the bias is left.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, result_type{});
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 
@@ -6757,8 +7220,8 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 
 // ---- ldi/nn/ldi_convolution.hpp
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32, or
-// bfloat16 where a processor multiplies these.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
+// bytes, or bfloat16 where a processor multiplies these.
 
 namespace ldi {
 
@@ -6798,11 +7261,49 @@ inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const f
     return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
+/// What the bytes of a source stand for.
+struct quantized_source {
+    std::size_t channels = 0;
+    quantization values;
+};
+
+/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
+///
+/// sources  as the convolution will read them; their zero points must be basic_convolution_source::zero
+/// result   of results that are bytes; results that are floats are in units of result.scale
+inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                             std::int32_t kernel_size, activation after,
+                                             std::span<const quantized_source> sources, quantization result) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
+    std::vector<float> scaled = detail::channels_last(weights, outputs, k * k);
+    std::vector<float> input_scales;
+    std::vector<std::uint8_t> zero_points;
+    for (std::size_t x = 0; x < k; ++x)
+        for (const quantized_source& source : sources) {
+            input_scales.insert(input_scales.end(), source.channels, source.values.scale);
+            zero_points.insert(zero_points.end(), source.channels, source.values.zero_point);
+        }
+    LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
+    const std::size_t inputs = k * input_scales.size();
+    std::vector<std::int8_t> rounded(scaled.size());
+    std::vector<float> scales(outputs), result_bias(outputs);
+    for (std::size_t o = 0; o < outputs; ++o) {
+        const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
+        float largest = 0.0F;
+        for (std::size_t i = 0; i < inputs; ++i)
+            largest = std::max(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+        const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
+        for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
+        scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
+    }
+    return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
+}
+
 /// result = activation(weights * window + bias); what does not exist counts as zero.
 ///
 /// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
 /// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source. A vector or span of float, or where bfloat16 numbers are read, of these
+/// a source. A vector or span of float, or of what the sources hold
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor>
@@ -8092,6 +8593,232 @@ inline network_description read_quantized_network(const named_tensors& file) {
 
 }  // namespace ldi
 
+// ---- ldi/networks/farbrausch_architecture.hpp
+// What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
+
+namespace ldi {
+
+/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
+struct farbrausch_architecture {
+    std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
+    std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
+    int growth = 4;                                         ///< passes that carry colours on at the coarsest level
+    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
+};
+
+/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
+/// bench/README.md has figures.
+enum class arithmetic {
+    float32,
+    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
+               ///< multiplies_bfloat16(best_isa())
+    int8,      ///< values of 8 bits, weights of 7: everywhere, where the weights come with the ranges of values
+};
+
+/// The name as options of programs spell it.
+constexpr std::string_view to_string(arithmetic kind) {
+    switch (kind) {
+        case arithmetic::float32: return "float32";
+        case arithmetic::bfloat16: return "bfloat16";
+        case arithmetic::int8: return "int8";
+    }
+    return "unknown";
+}
+
+/// bfloat16 where this machine multiplies such numbers, else float32: what is fast with any weights, and as good as exact.
+inline arithmetic best_arithmetic(isa target = best_isa()) {
+    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
+}
+
+namespace detail {
+
+/// Raises unsupported for an architecture out of bounds.
+inline void check_farbrausch(const farbrausch_architecture& a) {
+    constexpr std::size_t most_levels = 8, most_channels = 1024;
+    constexpr int most_growth = 64;
+    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
+        if (!holds)
+            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
+    };
+    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
+           std::to_string(a.channels.size()));
+    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
+    for (const std::size_t count : a.channels)
+        expect(count >= 1 && count <= most_channels, "channels", "1 to 1024 each", std::to_string(count));
+    for (const std::int32_t size : a.kernels)
+        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+               std::to_string(size));
+    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/networks/detail/farbrausch_weights.hpp
+// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+
+namespace ldi::detail {
+
+/// How the network's input becomes what its first convolution reads.
+template <class Value>
+struct farbrausch_input;
+
+template <>
+struct farbrausch_input<float> {};
+
+template <>
+struct farbrausch_input<bfloat16> {
+    static constexpr bfloat16 zero() { return {}; }
+    bfloat16 operator()(float value) const { return to_bfloat16(value); }
+};
+
+template <>
+struct farbrausch_input<std::uint8_t> {
+    quantization values;
+
+    std::uint8_t zero() const { return values.zero_point; }
+    std::uint8_t operator()(float value) const {
+        const float steps = value * (1.0F / values.scale) + (static_cast<float>(values.zero_point) + 0.5F);
+        return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
+    }
+};
+
+/// One convolution a level: from it to the next, and back.
+template <class Weights>
+struct farbrausch_convolutions {
+    std::vector<Weights> encoder, decoder;
+    farbrausch_input<typename Weights::value_type> input;
+};
+
+/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+class farbrausch_packer {
+public:
+    farbrausch_packer(const named_tensors& file, const farbrausch_architecture& architecture, isa target)
+        : file_(file), architecture_(architecture), target_(target) {}
+
+    farbrausch_convolutions<conv_f32_weights> float32() const {
+        return pack_all<conv_f32_weights>(
+            [&](const layer& l) { return pack_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+    }
+
+    farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
+        if (!multiplies_bfloat16(target_))
+            raise(error_code::unsupported, where,
+                  "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
+                  "bfloat16 with " + std::string(to_string(target_)));
+        return pack_all<conv_bf16_weights>(
+            [&](const layer& l) { return pack_bfloat16_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+    }
+
+    farbrausch_convolutions<conv_u8_weights> int8() const {
+        auto result = pack_all<conv_u8_weights>([&](const layer& l) {
+            std::vector<quantized_source> sources;
+            for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
+            const std::size_t k = static_cast<std::size_t>(l.kernel);
+            if (l.inputs() * k * k > most_conv_u8_inputs)
+                raise(error_code::unsupported, where, "int8 convolutions of up to 131072 inputs",
+                      l.name + " with " + std::to_string(l.inputs() * k * k));
+            return pack_byte_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after, sources,
+                                         l.result.empty() ? quantization{} : range(l.result));
+        });
+        result.input = {range("input")};
+        return result;
+    }
+
+private:
+    static constexpr const char* where = "arithmetic of the inpainting network";
+    static constexpr std::size_t input_channels = 4, output_channels = 3;
+
+    struct ranged_tensor {
+        std::string name;
+        std::size_t channels;
+    };
+    struct layer {
+        std::string name;
+        std::vector<ranged_tensor> sources;
+        std::size_t outputs;
+        std::int32_t kernel;
+        activation after;
+        std::string result;  ///< whose range it has; empty: floats
+
+        std::size_t inputs() const {
+            std::size_t sum = 0;
+            for (const ranged_tensor& t : sources) sum += t.channels;
+            return sum;
+        }
+    };
+
+    static std::string encoder(std::size_t i) { return "encoder." + std::to_string(i); }
+    static std::string decoder(std::size_t j) { return "decoder." + std::to_string(j); }
+
+    std::size_t depth() const { return architecture_.channels.size(); }
+
+    /// What the encoder has at a level.
+    ranged_tensor skip(std::size_t level) const {
+        if (level == 0) return {"input", input_channels};
+        return {encoder(level - 1), architecture_.channels[level - 1]};
+    }
+
+    template <class Weights, class Pack>
+    farbrausch_convolutions<Weights> pack_all(Pack&& pack) const {
+        farbrausch_convolutions<Weights> result;
+        std::vector<std::string> names{"input.range"};
+        const auto stage = [&](const layer& l) {
+            names.push_back(l.name + ".weight"), names.push_back(l.name + ".bias");
+            if (!l.result.empty()) names.push_back(l.result + ".range");
+            return pack(l);
+        };
+        for (std::size_t i = 0; i < depth(); ++i)
+            result.encoder.push_back(
+                stage({encoder(i), {skip(i)}, architecture_.channels[i], architecture_.kernels[i], relu, encoder(i)}));
+        result.decoder.resize(depth());
+        for (std::size_t i = depth(); i-- > 0;) {
+            const std::size_t j = depth() - 1 - i;
+            const ranged_tensor above{j == 0 ? encoder(i) : decoder(j - 1), architecture_.channels[i]};
+            if (i == 0)
+                result.decoder[i] = stage({decoder(j), {above, skip(i)}, output_channels, 3, no_activation, ""});
+            else
+                result.decoder[i] =
+                    stage({decoder(j), {above, skip(i)}, skip(i).channels, 3, leaky_relu(architecture_.leak), decoder(j)});
+        }
+        check_no_others(file_, names);
+        return result;
+    }
+
+    const std::vector<float>& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
+        const std::vector<float>& values = tensor_values<float>(file_, name, shape);
+        if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+        return values;
+    }
+    const std::vector<float>& weights_of(const layer& l) const {
+        const std::size_t k = static_cast<std::size_t>(l.kernel);
+        return finite(l.name + ".weight", {l.outputs, l.inputs(), k, k});
+    }
+    const std::vector<float>& bias_of(const layer& l) const { return finite(l.name + ".bias", {l.outputs}); }
+
+    quantization range(const std::string& of) const {
+        const std::string name = of + ".range";
+        if (!file_.tensors.contains(name))
+            raise(error_code::mismatch, where,
+                  "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
+                  "no tensor " + name);
+        const std::vector<float>& ends = finite(name, {2});
+        const float scale = (ends[1] - ends[0]) / 255.0F;
+        if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
+            raise(error_code::invalid_data, "tensor " + name, "a range round 0",
+                  std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
+        return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
+    }
+
+    const named_tensors& file_;
+    const farbrausch_architecture& architecture_;
+    isa target_;
+};
+
+}  // namespace ldi::detail
+
 // ---- ldi/networks/detail/farbrausch_work.hpp
 // What the inpainting network has to compute: the levels of detail of a layered depth image, and at each the pixels that the
 // wanted ones need, found backwards through the network.
@@ -8452,37 +9179,15 @@ private:
 
 namespace ldi {
 
-/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
-struct farbrausch_architecture {
-    std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
-    std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                         ///< passes that carry colours on at the coarsest level
-    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
-};
-
-/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
-/// bench/README.md has figures.
-enum class arithmetic {
-    float32,
-    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
-               ///< multiplies_bfloat16(best_isa())
-};
-
-/// The name as options of programs spell it.
-constexpr std::string_view to_string(arithmetic kind) { return kind == arithmetic::bfloat16 ? "bfloat16" : "float32"; }
-
-/// The fastest that this machine has.
-inline arithmetic fastest_arithmetic(isa target = best_isa()) {
-    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
-}
-
 /// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
     /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`; the same for `decoder.I`,
     /// which
-    ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in
-    /// kind     what it computes with; fastest_arithmetic() is one that is always there
+    ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in. For int8 also
+    ///          `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value to be
+    ///          told apart, which examples/training/farbrausch/export.py finds
+    /// kind     what it computes with; best_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
     /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
@@ -8516,105 +9221,45 @@ public:
 
 private:
     static constexpr std::size_t input_channels = 4, output_channels = 3;
-    static constexpr std::size_t most_levels = 8, most_channels = 1024;
-    static constexpr int most_growth = 64;
     static constexpr const char* stage_name = "colour inpainting";
 
     /// Rows of channels; not set to zero first.
     template <class Value>
     struct feature_map {
         std::size_t channels = 0, count = 0;
+        Value zero = {};
         std::unique_ptr<Value[]> values;
 
         feature_map() = default;
-        feature_map(std::size_t rows, std::size_t channel_count)
-            : channels(channel_count), count(rows * channel_count), values(new Value[count]) {}
+        feature_map(std::size_t rows, std::size_t channel_count, Value stands_for_zero)
+            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(new Value[count]) {}
         std::span<Value> span() { return {values.get(), count}; }
         std::span<const Value> span() const { return {values.get(), count}; }
-    };
-
-    /// One convolution a level: from it to the next, and back.
-    template <class Weights>
-    struct convolutions {
-        std::vector<Weights> encoder, decoder;
     };
 
     std::size_t depth() const { return architecture_.channels.size(); }
     std::size_t skip_channels(std::size_t level) const { return level == 0 ? input_channels : architecture_.channels[level - 1]; }
 
-    static void check(const farbrausch_architecture& architecture);
-
-    /// pack  makes weights of a layer's values, biases, kernel size and activation
-    template <class Weights, class Pack>
-    convolutions<Weights> pack_all(const named_tensors& weights, Pack&& pack) const;
-
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
-    std::vector<float> corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+    std::vector<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
                                    std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
-    std::variant<convolutions<conv_f32_weights>, convolutions<conv_bf16_weights>> layers_;
+    std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
+                 detail::farbrausch_convolutions<conv_u8_weights>>
+        layers_;
 };
-
-inline void farbrausch::check(const farbrausch_architecture& a) {
-    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
-        if (!holds)
-            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
-    };
-    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
-           std::to_string(a.channels.size()));
-    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
-    for (const std::size_t count : a.channels)
-        expect(count >= 1 && count <= most_channels, "channels", "1 to 1024 each", std::to_string(count));
-    for (const std::int32_t size : a.kernels)
-        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
-               std::to_string(size));
-    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
-    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
-}
 
 inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
-    check(architecture_);
-    if (kind == arithmetic::bfloat16 && !multiplies_bfloat16(target))
-        raise(error_code::unsupported, "arithmetic of the inpainting network",
-              "float32, because no instructions of this set multiply bfloat16 numbers",
-              "bfloat16 with " + std::string(to_string(target)));
-    if (kind == arithmetic::bfloat16)
-        layers_ = pack_all<conv_bf16_weights>(weights,
-                                              [&](const auto&... layer) { return pack_bfloat16_convolution(target, layer...); });
-    else
-        layers_ = pack_all<conv_f32_weights>(weights, [&](const auto&... layer) { return pack_convolution(target, layer...); });
-}
-
-template <class Weights, class Pack>
-farbrausch::convolutions<Weights> farbrausch::pack_all(const named_tensors& weights, Pack&& pack) const {
-    std::vector<std::string> names;
-    const auto take = [&](const std::string& name, std::vector<std::size_t> shape) -> const std::vector<float>& {
-        names.push_back(name);
-        const std::vector<float>& values = tensor_values<float>(weights, name, shape);
-        if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, detail::tensor_place(weights, name), "finite values", "others");
-        return values;
-    };
-    const auto stage = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::int32_t kernel,
-                           activation after) {
-        const std::size_t k = static_cast<std::size_t>(kernel);
-        const std::vector<float>& values = take(name + ".weight", {outputs, inputs, k, k});
-        return pack(values, take(name + ".bias", {outputs}), kernel, after);
-    };
-    convolutions<Weights> result;
-    for (std::size_t i = 0; i < depth(); ++i)
-        result.encoder.push_back(
-            stage("encoder." + std::to_string(i), skip_channels(i), architecture_.channels[i], architecture_.kernels[i], relu));
-    result.decoder.resize(depth());
-    for (std::size_t i = depth(); i-- > 0;)
-        result.decoder[i] =
-            stage("decoder." + std::to_string(depth() - 1 - i), architecture_.channels[i] + skip_channels(i),
-                  i == 0 ? output_channels : skip_channels(i), 3, i == 0 ? no_activation : leaky_relu(architecture_.leak));
-    check_no_others(weights, names);
-    return result;
+    detail::check_farbrausch(architecture_);
+    const detail::farbrausch_packer packer(weights, architecture_, target);
+    switch (kind) {
+        case arithmetic::float32: layers_ = packer.float32(); break;
+        case arithmetic::bfloat16: layers_ = packer.bfloat16(); break;
+        case arithmetic::int8: layers_ = packer.int8(); break;
+    }
 }
 
 template <executor Executor>
@@ -8640,39 +9285,43 @@ std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<con
 }
 
 template <class Weights, executor Executor, class Report>
-std::vector<float> farbrausch::corrections(const convolutions<Weights>& layers, detail::masked_colours input,
+std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
                                            std::vector<detail::farbrausch_level>& levels, Executor& threads,
                                            Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_convolution_source<value_type>;
     std::vector<feature_map<value_type>> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
-        encoded[0] = feature_map<value_type>(levels[0].read.size(), input_channels);
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), to_bfloat16);
+        encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), layers.input);
         input = {};
     }
     const auto read = [&](std::size_t level) {
         if constexpr (std::is_same_v<value_type, float>)
             if (level == 0) return source{input.values(), input_channels, {}, {}};
-        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}};
+        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}, encoded[level].zero};
     };
     for (std::size_t i = 0; i < depth(); ++i) {
-        encoded[i + 1] = feature_map<value_type>(levels[i + 1].read.size(), architecture_.channels[i]);
+        const Weights& weights = layers.encoder[i];
+        encoded[i + 1] = {levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights)};
         const source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, layers.encoder[i], sources, encoded[i + 1].span(), {}, threads);
+        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].span(), {}, threads);
         levels[i].encode = {};
         report();
     }
     feature_map<value_type> coarser = std::move(encoded[depth()]);
     std::vector<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
-        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}}, read(i)};
+        const Weights& weights = layers.decoder[i];
+        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}, coarser.zero},
+                                  read(i)};
         if (i == 0) {
             result.resize(levels[0].decoded.size() * output_channels);
-            convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
+            convolve_partially(levels[i].decode, weights, sources, result, {}, threads);
         } else {
-            feature_map<value_type> finer(levels[i].decoded.size(), layers.decoder[i].outputs);
-            convolve_partially(levels[i].decode, layers.decoder[i], sources, finer.span(), {}, threads);
+            feature_map<value_type> finer(levels[i].decoded.size(), weights.outputs,
+                                          detail::zero_of_results<value_type>(weights));
+            convolve_partially(levels[i].decode, weights, sources, finer.span(), {}, threads);
             coarser = std::move(finer);
         }
         encoded[i] = {};

@@ -1,11 +1,13 @@
-// kernels/conv_f32.hpp and kernels/conv_bf16.hpp
+// kernels/conv_f32.hpp, kernels/conv_bf16.hpp and kernels/conv_u8.hpp
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/conv_u8.hpp>
 
 #include "tests/support/random_bytes.hpp"
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -161,6 +163,98 @@ TEMPLATE_TEST_CASE("a ratio of 1 changes no bit", "", (convolution<float, float>
         const auto without = c.compute(c.packed(set));
         c.ratios.assign(30, 1.0F);
         CHECK((c.compute(c.packed(set)) == without));
+    }
+}
+
+namespace {
+
+struct byte_convolution {
+    std::size_t rows, inputs, outputs, pixels, stride;
+    std::vector<std::int8_t> weights;
+    std::vector<std::uint8_t> zero_points, input;
+    floats scales, bias, ratios;
+    float slope;
+    std::uint8_t result_zero_point;
+
+    std::size_t row_values() const { return (pixels - 1) * stride + inputs; }
+    const float* ratios_from(std::size_t pixel) const { return ratios.empty() ? nullptr : ratios.data() + pixel; }
+    ldi::conv_u8_weights packed(ldi::isa set) const {
+        return ldi::pack_conv_u8(set, weights, zero_points, scales, bias, rows, {slope}, result_zero_point);
+    }
+    /// In calls for up to so many pixels.
+    template <class Result>
+    std::vector<Result> compute(ldi::isa set, int most_pixels, ldi_test::random_bytes& random) const {
+        const ldi::conv_u8_weights with = packed(set);
+        std::vector<Result> result(pixels * outputs + 1, Result{77});
+        for (std::size_t p = 0; p < pixels;) {
+            const std::size_t count = std::min(pixels - p, random.size_in(1, most_pixels));
+            std::vector<const std::uint8_t*> starts;
+            for (std::size_t r = 0; r < rows; ++r) starts.push_back(input.data() + r * row_values() + p * stride);
+            ldi::conv_u8(with, starts.data(), stride, count, ratios_from(p), result.data() + p * outputs);
+            p += count;
+        }
+        return result;
+    }
+    double by_definition(std::size_t p, std::size_t o) const {
+        int sum = 0;
+        for (std::size_t r = 0; r < rows; ++r)
+            for (std::size_t i = 0; i < inputs; ++i)
+                sum += (input[r * row_values() + p * stride + i] - zero_points[i]) * weights[(o * rows + r) * inputs + i];
+        const double value = sum * double{scales[o]} * (ratios.empty() ? 1.0 : double{ratios[p]}) + double{bias[o]};
+        return value > 0 ? value : value * double{slope};
+    }
+
+    static byte_convolution any(ldi_test::random_bytes& random) {
+        const float slopes[] = {1.0F, 0.0F, 0.2F};
+        byte_convolution c{random.size_in(1, 7),
+                           random.size_in(1, 40),
+                           random.size_in(1, 90),
+                           random.size_in(1, 70),
+                           0,
+                           {},
+                           {},
+                           {},
+                           {},
+                           {},
+                           {},
+                           slopes[random.in(0, 2)],
+                           random.byte()};
+        c.stride = random.size_in(1, static_cast<int>(c.inputs) + 5);
+        for (const std::int32_t w : random.integers(c.outputs * c.rows * c.inputs, -63, 63))
+            c.weights.push_back(static_cast<std::int8_t>(w));
+        c.zero_points = random.bytes(c.inputs), c.input = random.bytes(c.rows * c.row_values());
+        for (std::size_t o = 0; o < c.outputs; ++o) {
+            c.scales.push_back(static_cast<float>(random.in(1, 1000)) / 3e6F);
+            c.bias.push_back(static_cast<float>(random.in(-1000, 1000)) / 10.0F);
+        }
+        if (random.in(0, 1) == 1) c.ratios.resize(c.pixels);
+        for (float& ratio : c.ratios) ratio = static_cast<float>(random.in(0, 2000)) / 500.0F;
+        return c;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a convolution of bytes is its definition, rounded, and the same on every instruction set in calls for any pixels") {
+    ldi_test::random_bytes random;
+    for (int round = 0; round < 200; ++round) {
+        const byte_convolution c = byte_convolution::any(random);
+        const auto bytes = c.compute<std::uint8_t>(ldi::isa::scalar, 9, random);
+        const auto numbers = c.compute<float>(ldi::isa::scalar, 9, random);
+        bool near = bytes.back() == 77 && numbers.back() == 77.0F;
+        for (std::size_t p = 0; p < c.pixels; ++p)
+            for (std::size_t o = 0; o < c.outputs; ++o) {
+                const double expected = c.by_definition(p, o), tolerance = 1e-4 * (1.0 + std::abs(expected));
+                const double byte = std::clamp(expected + c.result_zero_point, 0.0, 255.0);
+                near = near && std::abs(double{numbers[p * c.outputs + o]} - expected) <= tolerance;
+                near = near && std::abs(bytes[p * c.outputs + o] - byte) <= 0.5 + tolerance;
+            }
+        REQUIRE(near);
+        for (const ldi::isa set : ldi_test::available_isas()) {
+            INFO("instruction set " << std::string(to_string(set)));
+            REQUIRE((c.compute<std::uint8_t>(set, 70, random) == bytes));
+            REQUIRE((c.compute<float>(set, 9, random) == numbers));
+        }
     }
 }
 

@@ -56,6 +56,13 @@ named_tensors hashed_weights(const farbrausch_architecture& a) {
     return weights;
 }
 
+/// With ranges as wide as the values of random layers may be.
+named_tensors ranged(named_tensors weights) {
+    for (const char* const name : {"input", "encoder.0", "encoder.1", "encoder.2", "decoder.0", "decoder.1"})
+        weights.tensors[std::string(name) + ".range"] = {{2}, std::vector<float>{-4.0F, 4.0F}};
+    return weights;
+}
+
 const farbrausch_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
 
 /// An image with holes, as PyTorch got it, and what came out.
@@ -99,6 +106,22 @@ golden_case read_case(const std::string& name) {
         result.tone = tensor_values<float>(file, "tone", {count, 3});
     }
     return result;
+}
+
+/// Waves of colour and an edge, and two places where nothing is known.
+photo_layers smooth_picture() {
+    photo_layers layers(make_grid(128, 96));
+    for (std::size_t y = 0; y < 96; ++y)
+        for (std::size_t x = 0; x < 128; ++x) {
+            const std::size_t i = 128 * y + x;
+            const double fx = static_cast<double>(x), fy = static_cast<double>(y), edge = 2 * x + y > 150 ? 70.0 : 0.0;
+            for (std::size_t c = 0; c < 3; ++c)
+                layers.column<colour_column>()[3 * i + c] = static_cast<std::uint8_t>(
+                    90.0 + edge + 30.0 * std::sin(fx / 23.0 + static_cast<double>(c)) + 20.0 * std::cos(fy / 7.0 - fx / 11.0));
+            const bool is_hidden = (x > 40 && x < 62 && y > 20 && y < 80) || (x > 100 && y > 70);
+            layers.column<known_column>()[i] = is_hidden ? 0 : 1;
+        }
+    return layers;
 }
 
 std::vector<std::uint8_t> unknown_of(const photo_layers& layers) {
@@ -287,37 +310,61 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
 }
 
-TEST_CASE("with bfloat16 numbers the shipped network's colours are more than 60 dB from those with float32") {
+TEST_CASE("with bfloat16 numbers the shipped network's colours are 60 dB from those with float32, with bytes 45") {
     const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
-    const photo_layers layers = read_case("whole").layers;
+    const photo_layers layers = smooth_picture();
     const std::vector<float> exact = run(load_farbrausch(weights), layers);
     for (const isa target : {isa::scalar, best_isa()}) {
         if (!multiplies_bfloat16(target)) continue;
         const farbrausch network = decode_farbrausch(read_file(weights), "weights", arithmetic::bfloat16, target);
         CHECK(peak_signal_to_noise(run(network, layers), exact) > 60.0);
     }
+    const std::vector<float> of_bytes = run(load_farbrausch(weights, arithmetic::int8), layers);
+    CHECK(peak_signal_to_noise(of_bytes, exact) > 45.0);
+    for (const isa target : all_isas) {
+        if (!is_available(target)) continue;
+        CHECK((run(decode_farbrausch(read_file(weights), "weights", arithmetic::int8, target), layers) == of_bytes));
+    }
 }
 
-TEST_CASE("with bfloat16 numbers too, what nobody asks for is not computed, and changes not a bit of the rest") {
+TEST_CASE("in every arithmetic, what nobody asks for is not computed, and changes not a bit of the rest") {
     std::mt19937 random(63);
-    for (const isa target : {isa::scalar, best_isa()}) {
-        if (!multiplies_bfloat16(target)) continue;
-        const farbrausch network(hashed_weights(small), small, arithmetic::bfloat16, target);
+    std::vector<farbrausch> networks{farbrausch(ranged(hashed_weights(small)), small, arithmetic::int8)};
+    for (const isa target : {isa::scalar, best_isa()})
+        if (multiplies_bfloat16(target)) networks.emplace_back(hashed_weights(small), small, arithmetic::bfloat16, target);
+    for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
             const std::vector<float> all = network.colours(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
             REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
         }
-    }
 }
 
-TEST_CASE("an arithmetic that the instruction set does not have is an error, and the fastest one never is") {
+TEST_CASE("an arithmetic that the instruction set does not have is an error, and the best one never is") {
     CHECK_THROWS_WITH(farbrausch(hashed_weights(small), small, arithmetic::bfloat16, isa::avx2),
                       Catch::Contains("bfloat16 with avx2") && Catch::Contains("expected float32"));
-    CHECK(fastest_arithmetic(isa::avx2) == arithmetic::float32);
-    CHECK(fastest_arithmetic(isa::scalar) == arithmetic::float32);
+    CHECK(best_arithmetic(isa::avx2) == arithmetic::float32);
+    CHECK(best_arithmetic(isa::scalar) == arithmetic::float32);
     const photo_layers nothing;
-    CHECK(run(farbrausch(hashed_weights(small), small, fastest_arithmetic()), nothing).empty());
+    CHECK(run(farbrausch(hashed_weights(small), small, best_arithmetic()), nothing).empty());
+}
+
+TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
+    named_tensors weights = hashed_weights(small);
+    const auto construct = [&] { farbrausch(weights, small, arithmetic::int8); };
+    CHECK_THROWS_WITH(construct(), Catch::Contains("no tensor input.range") && Catch::Contains("export.py"));
+    weights = ranged(weights);
+    CHECK_NOTHROW(construct());
+    CHECK_NOTHROW(farbrausch(weights, small));
+    for (const auto& ends : {std::vector<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
+        weights.tensors["decoder.1.range"] = {{2}, ends};
+        CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("a range round 0"));
+    }
+    weights.tensors["decoder.1.range"] = {{1}, std::vector<float>{1.0F}};
+    CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("expected float, 2"));
+    weights = ranged(hashed_weights(small));
+    weights.tensors["decoder.2.range"] = {{2}, std::vector<float>{0.0F, 1.0F}};
+    CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.2.range"));
 }
 
 TEST_CASE("inpainting reports progress that does not fall, and stops when asked to") {

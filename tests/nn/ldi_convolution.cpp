@@ -335,6 +335,59 @@ TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in floa
     });
 }
 
+TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
+    testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const coarsened coarse = coarsen(g);
+        const indices parents = coarsen(g, orphan_rule::stay).parent;
+        const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
+        layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
+        // Whole numbers, of which the largest is 63 in every output: none of them is rounded.
+        for (float& w : l.weights) w = std::round(w * 63.0F);
+        for (std::size_t o = 0; o < l.outputs; ++o) l.weights[o * l.weights.size() / l.outputs] = 63.0F;
+        const quantized_source quantized[] = {{above, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}},
+                                              {beside, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}}};
+        const auto any_bytes = [&](std::size_t count, const quantized_source& q, floats& stand_for) {
+            std::vector<std::uint8_t> bytes(count);
+            for (std::uint8_t& b : bytes) {
+                b = static_cast<std::uint8_t>(testing::below(random, 256));
+                stand_for.push_back(static_cast<float>(b - q.values.zero_point) * q.values.scale);
+            }
+            return bytes;
+        };
+        floats coarse_floats, fine_floats;
+        const std::vector<std::uint8_t> coarse_bytes = any_bytes(coarse.kept.size() * above, quantized[0], coarse_floats),
+                                        fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
+        const convolution_plan plan =
+            testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
+        const convolution_source exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
+        const basic_convolution_source<std::uint8_t> sources[] = {
+            {coarse_bytes, above, parents, {}, quantized[0].values.zero_point},
+            {fine_bytes, beside, {}, {}, quantized[1].values.zero_point}};
+        serial_executor threads;
+        floats expected(plan.output_count * l.outputs), numbers(expected.size());
+        std::vector<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);
+        convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
+        const quantization of_numbers{2.0F, 0}, of_bytes{64.0F, 100};
+        for (const isa target : ldi_test::available_isas()) {
+            const auto pack = [&](quantization q) {
+                return pack_byte_convolution(target, l.weights, l.bias, l.kernel_size, {l.negative_slope}, quantized, q);
+            };
+            convolve_partially(plan, pack(of_numbers), sources, numbers, mask, threads);
+            convolve_partially(plan, pack(of_bytes), sources, bytes, {}, threads);
+            bool near = true;
+            for (std::size_t i = 0; i < numbers.size(); ++i) {
+                near = near && std::abs(2.0F * numbers[i] - expected[i]) <= 1e-5F * (1.0F + std::abs(expected[i]));
+                const float byte = std::clamp(expected[i] / 64.0F + 100.0F, 0.0F, 255.0F);
+                near = near && std::abs(static_cast<float>(bytes[i]) - byte) <= 0.501F;
+            }
+            INFO("instruction set " << std::string(to_string(target)));
+            REQUIRE(near);
+            REQUIRE(mask == expected_mask);
+        }
+    });
+}
+
 TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};

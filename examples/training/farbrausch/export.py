@@ -3,7 +3,8 @@
     python3 export.py --checkpoint FOLDER/checkpoint.pt --photos PHOTOS --out farbrausch.safetensors [--type float16|float32]
 
 The normalisation is folded in, so the file holds ten convolutions: encoder.0 .. encoder.4, decoder.0 .. decoder.4, each with `weight`
-(out x in x height x width) and `bias`. The running average of the weights is what is exported.
+(out x in x height x width) and `bias`, and for 8-bit arithmetic `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`,
+found on 48 of the photographs (calibrate.py). The running average of the weights is what is exported.
 """
 import argparse
 import hashlib
@@ -14,6 +15,7 @@ import sys
 import numpy as np
 import torch
 
+import calibrate
 import data
 import model
 
@@ -74,7 +76,8 @@ def main():
     state = torch.load(a.checkpoint)
     net = model.Farbrausch().eval()
     net.load_state_dict(state["average"])
-    write_safetensors(a.out, folded_tensors(net, a.type), {
+    tensors = folded_tensors(net, a.type) | calibrate.value_ranges(net, a.photos)
+    write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "farbrausch", "architecture": json.dumps(architecture()), "provenance": json.dumps(provenance(a.photos, state, a.note))})
 
     # a picture with odd sizes, all of it existing: on that the operators of images and of layered depth images are the same

@@ -92,7 +92,7 @@ struct conv_bf16_kernel {
                 weights += group * lanes;
             }
         }
-        (finish<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
+        (finish_floats<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
     }
 };
 

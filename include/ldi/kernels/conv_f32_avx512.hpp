@@ -20,13 +20,15 @@ LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 struct conv_f32_kernel {
     static constexpr std::size_t group = 1;  // inputs that are multiplied together
 
+    [[gnu::always_inline]] static float load(const float* input) { return *input; }
+
     template <std::size_t half, std::size_t... v>
-    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
-                                                    const float* input, const conv_lanes<sizeof...(v), half>& weights) {
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums, float input,
+                                                    const conv_lanes<sizeof...(v), half>& weights) {
         if constexpr (sizeof...(v) == 0) {
-            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(*input), weights.rest, sums.rest);
+            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
-            __m512 x = _mm512_set1_ps(*input);
+            __m512 x = _mm512_set1_ps(input);
             if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
@@ -38,29 +40,16 @@ struct conv_f32_kernel {
         _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
     }
 
-    template <std::size_t half, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                     std::size_t first_pixel, const conv_panel_output<float>& out) {
-        conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
-        const std::size_t stride = input.pixel_stride;
-        const float* weights = input.weights;
-        // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const float* const x = input.rows[r] + first_pixel * stride;
-            const float* next_tile = x + sizeof...(p) * stride;
-            conv_tile_pointers<float, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
-            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
-            for (std::size_t i = 0; i < input.inputs; ++i) {
-                const auto w = load_conv_lanes<half>(vectors, weights);
-                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-                (multiply_add<half>(vectors, sums[p], pointers.template at<p>(), w), ...);
-                ((p % 4 == 0 ? void(++pointers.every_fourth[p / 4]) : void()), ...);
-                next_tile += fetch;
-                weights += sizeof...(v) * conv_whole + half * conv_half;
-            }
-        }
-        (finish<conv_f32_kernel, half>(vectors, sums[p], out, first_pixel + p), ...);
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void finish(std::index_sequence<v...> vectors, const conv_lanes<sizeof...(v), half>& sums,
+                                              const conv_panel_output<float>& out, std::size_t pixel) {
+        finish_floats<conv_f32_kernel, half>(vectors, sums, out, pixel);
+    }
+
+    template <std::size_t half, class Pixels, class Vectors>
+    static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input, std::size_t first_pixel,
+                     const conv_panel_output<float>& out) {
+        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, out);
     }
 };
 

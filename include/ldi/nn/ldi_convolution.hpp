@@ -1,15 +1,18 @@
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32, or
-// bfloat16 where a processor multiplies these.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
+// bytes, or bfloat16 where a processor multiplies these.
 #pragma once
 
 #include <ldi/core/executor.hpp>
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/conv_u8.hpp>
+#include <ldi/kernels/requantize.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 #include <ldi/nn/detail/convolution_block.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -53,11 +56,49 @@ inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const f
     return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
+/// What the bytes of a source stand for.
+struct quantized_source {
+    std::size_t channels = 0;
+    quantization values;
+};
+
+/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
+///
+/// sources  as the convolution will read them; their zero points must be basic_convolution_source::zero
+/// result   of results that are bytes; results that are floats are in units of result.scale
+inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                             std::int32_t kernel_size, activation after,
+                                             std::span<const quantized_source> sources, quantization result) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
+    std::vector<float> scaled = detail::channels_last(weights, outputs, k * k);
+    std::vector<float> input_scales;
+    std::vector<std::uint8_t> zero_points;
+    for (std::size_t x = 0; x < k; ++x)
+        for (const quantized_source& source : sources) {
+            input_scales.insert(input_scales.end(), source.channels, source.values.scale);
+            zero_points.insert(zero_points.end(), source.channels, source.values.zero_point);
+        }
+    LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
+    const std::size_t inputs = k * input_scales.size();
+    std::vector<std::int8_t> rounded(scaled.size());
+    std::vector<float> scales(outputs), result_bias(outputs);
+    for (std::size_t o = 0; o < outputs; ++o) {
+        const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
+        float largest = 0.0F;
+        for (std::size_t i = 0; i < inputs; ++i)
+            largest = std::max(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+        const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
+        for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
+        scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
+    }
+    return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
+}
+
 /// result = activation(weights * window + bias); what does not exist counts as zero.
 ///
 /// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
 /// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source. A vector or span of float, or where bfloat16 numbers are read, of these
+/// a source. A vector or span of float, or of what the sources hold
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor>

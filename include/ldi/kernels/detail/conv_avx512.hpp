@@ -69,8 +69,8 @@ struct conv_tile_pointers {
 
 /// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
 template <class Store, std::size_t half, class Output, std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                          const Output& out, std::size_t pixel) {
+[[gnu::always_inline]] inline void finish_floats(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                                 const Output& out, std::size_t pixel) {
     const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
     const __m512 slope = _mm512_set1_ps(out.negative_slope);
     __m512 values{};
@@ -83,6 +83,40 @@ template <class Store, std::size_t half, class Output, std::size_t... v>
         values = _mm512_castps256_ps512(rest);
         Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
     }
+}
+
+/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs, then Kernel::finish().
+template <class Kernel, std::size_t half, class Value, class Output, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                             const conv_panel_input<Value>& input, std::size_t first_pixel, const Output& out) {
+    constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
+    conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
+    const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
+    const auto* weights = input.weights;
+    // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
+    const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
+    for (std::size_t r = 0; r < input.row_count; ++r) {
+        const Value* const x = input.rows[r] + first_pixel * stride;
+        const Value* next_tile = x + sizeof...(p) * stride;
+        conv_tile_pointers<Value, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
+        ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
+        for (std::size_t i = 0; i < groups; ++i) {
+            const auto w = load_conv_lanes<half>(vectors, weights);
+            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+            (Kernel::template multiply_add<half>(vectors, sums[p], Kernel::load(pointers.template at<p>()), w), ...);
+            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] += group) : void()), ...);
+            next_tile += fetch;
+            weights += group * lanes;
+        }
+        if constexpr (group > 1)
+            if (const std::size_t rest = input.inputs % group; rest != 0) {
+                const auto w = load_conv_lanes<half>(vectors, weights);
+                (Kernel::template multiply_add<half>(vectors, sums[p], Kernel::load_rest(pointers.template at<p>(), rest), w),
+                 ...);
+                weights += group * lanes;
+            }
+    }
+    (Kernel::template finish<half>(vectors, sums[p], out, first_pixel + p), ...);
 }
 
 /// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.

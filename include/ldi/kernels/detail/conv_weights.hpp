@@ -58,30 +58,37 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// How many groups of inputs that are multiplied together a stretch has, the last one perhaps in part.
-constexpr std::size_t groups_of(std::size_t inputs, std::size_t group) { return (inputs + group - 1) / group; }
+/// How many groups there are of so many things, the last one perhaps in part.
+constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
 /// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
 ///
+/// layer    says how many outputs, rows and inputs there are
 /// weights  outputs x rows x inputs, row-major
-template <std::size_t group, class Value>
-inline void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t most_vectors) {
-    const panel_cut cut(packed.outputs, lanes, most_vectors);
-    const std::size_t inputs = packed.inputs;
+template <std::size_t group, class Layer, class Value>
+void append_panels(aligned_vector<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
+                   std::size_t most_vectors) {
+    const panel_cut cut(layer.outputs, lanes, most_vectors);
+    const std::size_t inputs = layer.inputs;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t r = 0; r < packed.rows; ++r)
+        for (std::size_t r = 0; r < layer.rows; ++r)
             for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
                 for (std::size_t o = first; o < last; ++o)
                     for (std::size_t g = i; g < i + group; ++g)
-                        packed.values.push_back(o < packed.outputs && g < inputs ? weights[(o * packed.rows + r) * inputs + g]
-                                                                                 : Value{});
-        for (std::size_t o = first; o < last; ++o) packed.bias.push_back(o < packed.outputs ? bias[o] : 0.0F);
+                        values.push_back(o < layer.outputs && g < inputs ? weights[(o * layer.rows + r) * inputs + g] : Value{});
         first = last;
     }
+}
+
+template <std::size_t group, class Value>
+void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
+                        std::size_t lanes, std::size_t most_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+    packed.bias.assign(bias.begin(), bias.end());
+    packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }
 
 }  // namespace detail

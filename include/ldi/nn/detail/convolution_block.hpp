@@ -5,6 +5,7 @@
 #include <ldi/core/executor.hpp>
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/conv_u8.hpp>
 #include <ldi/nn/convolution_plan.hpp>
 
 #include <algorithm>
@@ -13,19 +14,21 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace ldi {
 
 /// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
 ///
-/// Value  what the weights' kernel reads: float or bfloat16
+/// Value  what the weights' kernel reads: float, bfloat16 or std::uint8_t
 template <class Value>
 struct basic_convolution_source {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
     std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    Value zero = {};                     ///< what stands for zero: of bytes their zero point
 
     /// The row of a pixel that counts, or no_pixel.
     std::int32_t row_of(std::int32_t pixel) const {
@@ -49,6 +52,21 @@ template <class Result>
 void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
               const float* ratios, Result* result) {
     conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+template <class Result>
+void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+/// What stands for zero among the results of such weights.
+template <class Result, class Weights>
+Result zero_of_results(const Weights& weights) {
+    if constexpr (std::is_same_v<Result, std::uint8_t>)
+        return weights.result_zero_point;
+    else
+        return Result{};
 }
 
 /// What stays the same for all blocks of a convolution.
@@ -85,7 +103,7 @@ std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources,
     for (const auto& source : sources) {
         const std::int32_t row = source.row_of(pixel);
         if (row == no_pixel) {
-            std::fill_n(to, source.channels, Value{});
+            std::fill_n(to, source.channels, source.zero);
         } else {
             copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
             counted += source.channels;
@@ -225,7 +243,7 @@ private:
     /// Where the whole window is masked, not even the bias is left.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
-        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, result_type{});
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
         if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
     }
 

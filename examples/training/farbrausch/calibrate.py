@@ -1,0 +1,64 @@
+"""The ranges of values that 8-bit arithmetic tells apart, found on photographs that the network was trained on.
+
+Every tensor between two layers gets 256 even steps from 1.5 times its least value on the photographs to 1.5 times its greatest. Values
+beyond are clipped, which costs far more than coarser steps do: a telephone photo with strong contrasts comes out at 40 dB from
+float32 with the ranges of least mean square error, at 44 dB without the margin, at 50 dB with it, and others lose 2 of 55 dB.
+
+What counts is what the library computes. Decoders are taught inside holes only; far from them their values mean nothing, are large, and
+are never asked for.
+"""
+import os
+
+import cv2
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+import data
+import masks
+import model
+
+MARGIN = 1.5
+
+
+def crops(folder, count, size, seed):
+    """(image, known, exists) of `count` photographs."""
+    rng = np.random.default_rng(seed)
+    names = data.training_names(folder)
+    photos = []
+    for i in rng.choice(len(names), count, replace=count > len(names)):
+        image = cv2.cvtColor(cv2.imread(os.path.join(folder, names[i]), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+        photos.append(data.crop_of(rng, image, size))
+    return data.to_tensors(np.stack(photos), masks.bank(count, size, seed=seed))
+
+
+def decoded(hole, exists):
+    """At each level, finest first, where the decoder's values are needed for the holes of the finest."""
+    needed = [hole]
+    for _ in range(model.LEVELS):
+        exists = model.coarsen_mask(exists)
+        windows = F.max_pool2d(needed[-1], 3, 1, 1)
+        needed.append(F.max_pool2d(windows, 2, 2, ceil_mode=True) * exists)
+    return needed
+
+
+def value_ranges(net, folder, count=48, size=256, seed=3):
+    """{"encoder.0.range": [least, greatest], ...}, float32."""
+    image, known, exists = crops(folder, count, size, seed)
+    needed = decoded((1 - known) * exists, exists)
+    ranges = {"input.range": np.array([-1, 1], np.float32)}  # differences of colours in [0, 1], and 0 or 1 for known
+
+    def keep(name, mask):
+        def hook(_, inputs, output):
+            values = output.permute(1, 0, 2, 3)[:, (inputs[1] if mask is None else mask)[:, 0] > 0]
+            ranges[name + ".range"] = MARGIN * np.array([min(values.min(), 0), max(values.max(), 1e-3)], np.float32)
+        return hook
+
+    handles = [layer.register_forward_hook(keep(f"encoder.{i}", None)) for i, layer in enumerate(net.encoder)]
+    handles += [layer.register_forward_hook(keep(f"decoder.{j}", needed[model.LEVELS - 1 - j]))
+                for j, layer in enumerate(net.decoder[:-1])]
+    with torch.no_grad():
+        net(image, known, exists)
+    for handle in handles:
+        handle.remove()
+    return ranges

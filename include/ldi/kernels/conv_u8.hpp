@@ -1,0 +1,73 @@
+// k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
+// rounded to 8 bits wherever it is stored. This header is the contract of the family; one file for each instruction set
+// implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
+//
+// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
+// the same operations everywhere (the product of sum and scale is added to the bias with one rounding).
+#pragma once
+
+#include <ldi/kernels/conv_u8_avx2.hpp>
+#include <ldi/kernels/conv_u8_avx512vnni.hpp>
+#include <ldi/kernels/conv_u8_scalar.hpp>
+#include <ldi/kernels/detail/conv_u8_weights.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi {
+
+/// target             to pack for, one that is_available()
+/// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
+///                    most_conv_u8_inputs
+/// zero_points        of the inputs of one stretch
+/// scales, bias       outputs: what a sum is multiplied by, and what is added then, in units of the result's scale
+/// rows               stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k
+///                    pixels
+/// result_zero_point  of results that are bytes
+inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                                    std::span<const float> scales, std::span<const float> bias, std::size_t rows,
+                                    activation after, std::uint8_t result_zero_point) {
+    LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
+    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= most_conv_u8_inputs);
+    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
+    LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
+                           [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
+    conv_u8_weights packed;
+    packed.target = without_tiles(target);
+    packed.rows = rows;
+    packed.inputs = zero_points.size();
+    packed.outputs = bias.size();
+    packed.negative_slope = after.negative_slope;
+    packed.result_zero_point = result_zero_point;
+    switch (packed.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: avx512vnni::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+        case isa::avx2: avx2::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+#endif
+        default: scalar::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
+    }
+    return packed;
+}
+
+/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias), and where it is a byte plus the zero
+/// point, rounded, of two the even one, and clamped
+///
+/// rows          where the first pixel's stretches of `inputs` values begin
+/// pixel_stride  values from a pixel's stretches to the next pixel's
+/// ratios        one a pixel; nullptr for 1
+/// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    switch (weights.target) {
+#if LDI_HAS_X86_KERNELS
+        case isa::avx512vnni: return avx512vnni::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+        case isa::avx2: return avx2::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+#endif
+        default: return scalar::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+    }
+}
+
+}  // namespace ldi

@@ -1,0 +1,176 @@
+// The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/kernels/requantize.hpp>
+#include <ldi/networks/farbrausch_architecture.hpp>
+#include <ldi/nn/ldi_convolution.hpp>
+#include <ldi/nn/weights.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ldi::detail {
+
+/// How the network's input becomes what its first convolution reads.
+template <class Value>
+struct farbrausch_input;
+
+template <>
+struct farbrausch_input<float> {};
+
+template <>
+struct farbrausch_input<bfloat16> {
+    static constexpr bfloat16 zero() { return {}; }
+    bfloat16 operator()(float value) const { return to_bfloat16(value); }
+};
+
+template <>
+struct farbrausch_input<std::uint8_t> {
+    quantization values;
+
+    std::uint8_t zero() const { return values.zero_point; }
+    std::uint8_t operator()(float value) const {
+        const float steps = value * (1.0F / values.scale) + (static_cast<float>(values.zero_point) + 0.5F);
+        return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
+    }
+};
+
+/// One convolution a level: from it to the next, and back.
+template <class Weights>
+struct farbrausch_convolutions {
+    std::vector<Weights> encoder, decoder;
+    farbrausch_input<typename Weights::value_type> input;
+};
+
+/// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
+class farbrausch_packer {
+public:
+    farbrausch_packer(const named_tensors& file, const farbrausch_architecture& architecture, isa target)
+        : file_(file), architecture_(architecture), target_(target) {}
+
+    farbrausch_convolutions<conv_f32_weights> float32() const {
+        return pack_all<conv_f32_weights>(
+            [&](const layer& l) { return pack_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+    }
+
+    farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
+        if (!multiplies_bfloat16(target_))
+            raise(error_code::unsupported, where,
+                  "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
+                  "bfloat16 with " + std::string(to_string(target_)));
+        return pack_all<conv_bf16_weights>(
+            [&](const layer& l) { return pack_bfloat16_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+    }
+
+    farbrausch_convolutions<conv_u8_weights> int8() const {
+        auto result = pack_all<conv_u8_weights>([&](const layer& l) {
+            std::vector<quantized_source> sources;
+            for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
+            const std::size_t k = static_cast<std::size_t>(l.kernel);
+            if (l.inputs() * k * k > most_conv_u8_inputs)
+                raise(error_code::unsupported, where, "int8 convolutions of up to 131072 inputs",
+                      l.name + " with " + std::to_string(l.inputs() * k * k));
+            return pack_byte_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after, sources,
+                                         l.result.empty() ? quantization{} : range(l.result));
+        });
+        result.input = {range("input")};
+        return result;
+    }
+
+private:
+    static constexpr const char* where = "arithmetic of the inpainting network";
+    static constexpr std::size_t input_channels = 4, output_channels = 3;
+
+    struct ranged_tensor {
+        std::string name;
+        std::size_t channels;
+    };
+    struct layer {
+        std::string name;
+        std::vector<ranged_tensor> sources;
+        std::size_t outputs;
+        std::int32_t kernel;
+        activation after;
+        std::string result;  ///< whose range it has; empty: floats
+
+        std::size_t inputs() const {
+            std::size_t sum = 0;
+            for (const ranged_tensor& t : sources) sum += t.channels;
+            return sum;
+        }
+    };
+
+    static std::string encoder(std::size_t i) { return "encoder." + std::to_string(i); }
+    static std::string decoder(std::size_t j) { return "decoder." + std::to_string(j); }
+
+    std::size_t depth() const { return architecture_.channels.size(); }
+
+    /// What the encoder has at a level.
+    ranged_tensor skip(std::size_t level) const {
+        if (level == 0) return {"input", input_channels};
+        return {encoder(level - 1), architecture_.channels[level - 1]};
+    }
+
+    template <class Weights, class Pack>
+    farbrausch_convolutions<Weights> pack_all(Pack&& pack) const {
+        farbrausch_convolutions<Weights> result;
+        std::vector<std::string> names{"input.range"};
+        const auto stage = [&](const layer& l) {
+            names.push_back(l.name + ".weight"), names.push_back(l.name + ".bias");
+            if (!l.result.empty()) names.push_back(l.result + ".range");
+            return pack(l);
+        };
+        for (std::size_t i = 0; i < depth(); ++i)
+            result.encoder.push_back(
+                stage({encoder(i), {skip(i)}, architecture_.channels[i], architecture_.kernels[i], relu, encoder(i)}));
+        result.decoder.resize(depth());
+        for (std::size_t i = depth(); i-- > 0;) {
+            const std::size_t j = depth() - 1 - i;
+            const ranged_tensor above{j == 0 ? encoder(i) : decoder(j - 1), architecture_.channels[i]};
+            if (i == 0)
+                result.decoder[i] = stage({decoder(j), {above, skip(i)}, output_channels, 3, no_activation, ""});
+            else
+                result.decoder[i] =
+                    stage({decoder(j), {above, skip(i)}, skip(i).channels, 3, leaky_relu(architecture_.leak), decoder(j)});
+        }
+        check_no_others(file_, names);
+        return result;
+    }
+
+    const std::vector<float>& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
+        const std::vector<float>& values = tensor_values<float>(file_, name, shape);
+        if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+        return values;
+    }
+    const std::vector<float>& weights_of(const layer& l) const {
+        const std::size_t k = static_cast<std::size_t>(l.kernel);
+        return finite(l.name + ".weight", {l.outputs, l.inputs(), k, k});
+    }
+    const std::vector<float>& bias_of(const layer& l) const { return finite(l.name + ".bias", {l.outputs}); }
+
+    quantization range(const std::string& of) const {
+        const std::string name = of + ".range";
+        if (!file_.tensors.contains(name))
+            raise(error_code::mismatch, where,
+                  "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
+                  "no tensor " + name);
+        const std::vector<float>& ends = finite(name, {2});
+        const float scale = (ends[1] - ends[0]) / 255.0F;
+        if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
+            raise(error_code::invalid_data, "tensor " + name, "a range round 0",
+                  std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
+        return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
+    }
+
+    const named_tensors& file_;
+    const farbrausch_architecture& architecture_;
+    isa target_;
+};
+
+}  // namespace ldi::detail

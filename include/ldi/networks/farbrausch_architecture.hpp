@@ -1,0 +1,71 @@
+// What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
+#pragma once
+
+#include <ldi/core/error.hpp>
+#include <ldi/core/window.hpp>
+#include <ldi/kernels/isa.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi {
+
+/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
+struct farbrausch_architecture {
+    std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
+    std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
+    int growth = 4;                                         ///< passes that carry colours on at the coarsest level
+    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
+};
+
+/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
+/// bench/README.md has figures.
+enum class arithmetic {
+    float32,
+    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
+               ///< multiplies_bfloat16(best_isa())
+    int8,      ///< values of 8 bits, weights of 7: everywhere, where the weights come with the ranges of values
+};
+
+/// The name as options of programs spell it.
+constexpr std::string_view to_string(arithmetic kind) {
+    switch (kind) {
+        case arithmetic::float32: return "float32";
+        case arithmetic::bfloat16: return "bfloat16";
+        case arithmetic::int8: return "int8";
+    }
+    return "unknown";
+}
+
+/// bfloat16 where this machine multiplies such numbers, else float32: what is fast with any weights, and as good as exact.
+inline arithmetic best_arithmetic(isa target = best_isa()) {
+    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
+}
+
+namespace detail {
+
+/// Raises unsupported for an architecture out of bounds.
+inline void check_farbrausch(const farbrausch_architecture& a) {
+    constexpr std::size_t most_levels = 8, most_channels = 1024;
+    constexpr int most_growth = 64;
+    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
+        if (!holds)
+            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
+    };
+    expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
+           std::to_string(a.channels.size()));
+    expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
+    for (const std::size_t count : a.channels)
+        expect(count >= 1 && count <= most_channels, "channels", "1 to 1024 each", std::to_string(count));
+    for (const std::int32_t size : a.kernels)
+        expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
+               std::to_string(size));
+    expect(a.growth >= 0 && a.growth <= most_growth, "growth", "0 to 64", std::to_string(a.growth));
+    expect(a.leak >= 0.0F && a.leak <= 1.0F, "leak", "0 to 1", std::to_string(a.leak));
+}
+
+}  // namespace detail
+}  // namespace ldi
