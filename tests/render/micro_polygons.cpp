@@ -2,6 +2,7 @@
 
 #include <ldi/layers/lift.hpp>
 #include <tests/support/lifted_scene.hpp>
+#include <tests/support/scene_view.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -10,16 +11,9 @@
 #include <random>
 
 using namespace ldi;
+using test::own_view, test::range;
 
 namespace {
-
-const depth_range range{1, 5};
-
-view own_view(const graph& g) {
-    view v;
-    v.camera = {g.width, g.height, focal_length_from_field_of_view(60, g.width, g.height)};
-    return v;
-}
 
 void colour_at_random(photo_layers& layers, std::mt19937& random) {
     for (std::uint8_t& value : layers.column<colour_column>()) value = static_cast<std::uint8_t>(random());

@@ -5,6 +5,7 @@
 #include <ldi/render/micro_polygons.hpp>
 #include <tests/support/lifted_scene.hpp>
 #include <tests/support/random_graph.hpp>
+#include <tests/support/scene_view.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -14,16 +15,9 @@
 #include <vector>
 
 using namespace ldi;
+using test::own_view, test::range;
 
 namespace {
-
-const depth_range range{1, 5};
-
-view own_view(const graph& g) {
-    view v;
-    v.camera = {g.width, g.height, focal_length_from_field_of_view(60, g.width, g.height)};
-    return v;
-}
 
 /// A view turned and moved a little, the photo still before it.
 view random_view(const view& from, std::mt19937& random) {

@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""To a compiler, single_include/ldi/ldi.hpp and include/ldi/ldi.hpp are the same program, token for token.
+
+    same_program.py COMPILER [FLAG...]     FLAGs find the headers of others: -I/some/where
+
+So whatever a test finds out about the one holds for the other, too, with this compiler.
+"""
+
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+def tokens(folder, flags):
+    """What the preprocessor makes of it. An assertion names its file and its line, so that stays as it is written."""
+    command = [*sys.argv[1:], *flags, "-std=c++20", "-E", "-P", "-DLDI_ASSERT(condition)=ldi_assert(condition)",
+               f"-I{ROOT / folder}", "-x", "c++", "-"]
+    result = subprocess.run(command, input="#include <ldi/ldi.hpp>\n", capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return result.stdout.split()
+
+
+for flags in ([], ["-fno-exceptions", "-fno-rtti"]):
+    separate, single = tokens("include", flags), tokens("single_include", flags)
+    if "photo_layers" not in separate:
+        sys.exit("the preprocessor does not show what ldi.hpp includes")
+    for number, (a, b) in enumerate(itertools.zip_longest(separate, single)):
+        if a != b:
+            around = slice(max(number - 12, 0), number + 12)
+            sys.exit(f"separate headers: ... {' '.join(separate[around])} ...\nsingle header: ... {' '.join(single[around])} ...")
+    print(f"{len(separate)} tokens, the same{' with ' if flags else ''}{' '.join(flags)}")

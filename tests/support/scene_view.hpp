@@ -1,0 +1,17 @@
+// Where the pictures that tests make up were taken from.
+#pragma once
+
+#include <ldi/core/graph.hpp>
+#include <ldi/render/camera.hpp>
+
+namespace ldi::test {
+
+inline const depth_range range{1, 5};
+
+inline view own_view(const graph& g) {
+    view v;
+    v.camera = {g.width, g.height, focal_length_from_field_of_view(60, g.width, g.height)};
+    return v;
+}
+
+}  // namespace ldi::test
