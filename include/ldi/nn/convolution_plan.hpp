@@ -153,11 +153,14 @@ inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint
     const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
         for (std::size_t r = 0; r < k; ++r) {
-            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
-            const std::int32_t step = plan.kernel_size == 1 ? plan.stride : 1;
             const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            for (std::int32_t i = 0; i < count; i += step) marks[static_cast<std::size_t>(first + i)] = 1;
+            const std::span<std::uint8_t> row = marks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            if (plan.kernel_size > 1 || plan.stride == 1)
+                std::fill(row.begin(), row.end(), std::uint8_t{1});
+            else
+                for (std::size_t i = 0; i < row.size(); i += 2) row[i] = 1;
         }
     for (const std::int32_t pixel : plan.windows)
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
