@@ -23,19 +23,48 @@ import torch.nn.functional as F
 import data
 import masks
 from model import Farbrausch
+from muon import Muon
 
 WARM_UP = 300  # steps
 MASKS = 4000
 GRADIENT_SCALES = 4
+TEXTURE_SCALES = 3
+TEXTURE_WINDOW = 8  # pixels a side, at each scale
 VALIDATION_CROPS = 64
 
 
-def losses(y, image, known, exists):
+def differences(x):
+    """Of neighbours to the right, below and along both diagonals: B x 4C x (H - 1) x (W - 1)."""
+    here, right, below, across = x[..., :-1, :-1], x[..., :-1, 1:], x[..., 1:, :-1], x[..., 1:, 1:]
+    return torch.cat([right - here, below - here, across - here, right - below], 1)
+
+
+def texture_loss(y, image, hole):
+    """How far the strength of what is fine, in four directions and at several scales, is from the truth's: its mean magnitude in windows
+    inside the holes, as the logarithm of their ratio. It doesn't ask for the truth's own pattern, only for as much of one."""
+    total = 0.0
+    for scale in range(TEXTURE_SCALES):
+        if scale > 0:
+            y, image, hole = F.avg_pool2d(y, 2), F.avg_pool2d(image, 2), (F.avg_pool2d(hole, 2) > 0.99).float()
+        with torch.no_grad():
+            inside = hole[..., :-1, :-1] * hole[..., :-1, 1:] * hole[..., 1:, :-1] * hole[..., 1:, 1:]
+            share = F.avg_pool2d(inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
+            true = F.avg_pool2d(differences(image).abs() * inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
+        ours = F.avg_pool2d(differences(y).abs() * inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
+        faint = 0.01 * share + 1e-6  # differences of 2 in 255 are noise
+        ratio = torch.log((ours + faint) / (true + faint)).abs()
+        total = total + (ratio * share).sum() / (ratio.shape[1] * share.sum()).clamp(min=1)
+    return total / TEXTURE_SCALES
+
+
+def losses(y, image, known, exists, texture=0.0):
     """The terms of the loss, each a scalar. Only holes count (what the network says of a known pixel is never used), and through
     the gradients their rims, where the known side makes no error."""
     hole = exists * (1 - known)
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
+    if texture > 0:
+        terms["texture"] = texture * texture_loss(y, image, hole)
     terms["hole"] = 6 * error.abs().sum() / (3 * area.sum())
     # the logarithm gives an easy hole (a sky) as much to win as a hard one; PSNR is this, averaged
     terms["decibel"] = 0.2 * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
@@ -72,10 +101,11 @@ def validate(net, batches):
 class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
 
-    def __init__(self, rate):
+    def __init__(self, rate, mixed):
         self.net = Farbrausch().to(memory_format=torch.channels_last)
         self.average = copy.deepcopy(self.net).eval()
-        self.optimiser = torch.optim.Adam(self.net.parameters(), lr=rate, betas=(0.9, 0.99))
+        self.optimiser = Muon(self.net.parameters(), rate, dtype=torch.bfloat16 if mixed else torch.float32)
+        self.mixed = mixed
         self.step, self.seconds = 0, 0.0  # seconds of processor time
 
     def state(self):
@@ -100,13 +130,13 @@ class Run:
         for mean, value in zip(self.average.state_dict().values(), self.net.state_dict().values()):
             mean.lerp_(value, 1 - decay) if mean.dtype.is_floating_point else mean.copy_(value)
 
-    def learn(self, batch, rate, mixed):
+    def learn(self, batch, rate, texture):
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         image, known, exists = batch
-        with torch.cpu.amp.autocast(enabled=mixed, dtype=torch.bfloat16):
+        with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
             y = self.net(image, known, exists)
-        terms = losses(y.float(), image, known, exists)
+        terms = losses(y.float(), image, known, exists, texture)
         self.optimiser.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -125,7 +155,8 @@ def arguments():
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
     p.add_argument("--batch", type=int, default=16, help="crops a step")
-    p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
+    p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
+    p.add_argument("--texture", type=float, default=0.0, help="weight of the texture loss, for a last stage; 0: without")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--float32", action="store_true", help="no bfloat16 in the convolutions (slower on processors that have it)")
     p.add_argument("--minutes", type=float, help="ask for finish after so many minutes; default: never")
@@ -142,7 +173,7 @@ def main():
     def path(name):
         return os.path.join(a.out, name)
 
-    run, checkpoint = Run(a.rate), path("checkpoint.pt")
+    run, checkpoint = Run(a.rate, not a.float32), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
     rng = np.random.default_rng([7, run.step])
@@ -184,7 +215,7 @@ def main():
         if done:
             break
         rate = a.rate * min(1.0, (run.step + 1) / WARM_UP) * 0.5 * (1 + math.cos(math.pi * fallen))
-        for name, value in (run.learn(photographs.batch(rng, bank, a.batch, a.crop), rate, not a.float32) or {}).items():
+        for name, value in (run.learn(photographs.batch(rng, bank, a.batch, a.crop), rate, a.texture) or {}).items():
             means[name] = value if name not in means else 0.99 * means[name] + 0.01 * value
     if fallen >= 1:
         run.save(path("final.pt"))

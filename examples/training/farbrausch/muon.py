@@ -1,0 +1,55 @@
+"""Muon: momentum whose every step is made orthogonal, for weights that are matrices or convolutions (K. Jordan and others, "Muon: An
+optimizer for hidden layers in neural networks", 2024); Adam for the rest. The lengths of the steps are matched to Adam's (J. Liu and others,
+"Muon is Scalable for LLM Training", 2025), so that one learning rate serves both.
+"""
+import math
+
+import torch
+
+COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of the fifth-degree polynomial that drives singular values towards 1
+ITERATIONS = 5
+STEP_LENGTH = 0.2  # root mean square of a step's elements at a learning rate of 1, as Adam's are
+
+
+def orthogonalised(matrix, dtype):
+    """U V^T, roughly, for the matrix U S V^T."""
+    a, b, c = COEFFICIENTS
+    x = (matrix / (matrix.norm() + 1e-7)).to(dtype)
+    x = x.T if x.shape[0] > x.shape[1] else x
+    for _ in range(ITERATIONS):
+        gram = x @ x.T
+        x = a * x + (b * gram + c * gram @ gram) @ x
+    return (x.T if matrix.shape[0] > matrix.shape[1] else x).to(matrix.dtype)
+
+
+class Muon(torch.optim.Optimizer):
+    def __init__(self, parameters, lr, momentum=0.95, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
+        """dtype  that the products of matrices are taken in"""
+        super().__init__(parameters, {"lr": lr, "momentum": momentum, "betas": betas, "eps": eps})
+        self.dtype = dtype
+
+    @torch.no_grad()
+    def step(self):
+        for group in self.param_groups:
+            for p in group["params"]:
+                if p.grad is not None:
+                    (self.orthogonal_step if p.dim() > 1 else self.adam_step)(p, group)
+
+    def orthogonal_step(self, p, group):
+        state = self.state[p]
+        if not state:
+            state["momentum"] = torch.zeros_like(p)
+        state["momentum"].mul_(group["momentum"]).add_(p.grad)
+        direction = p.grad.add(state["momentum"], alpha=group["momentum"]).flatten(1)
+        length = group["lr"] * STEP_LENGTH * math.sqrt(max(direction.shape))
+        p.add_(orthogonalised(direction, self.dtype).view_as(p), alpha=-length)
+
+    def adam_step(self, p, group):
+        state, (first, second) = self.state[p], group["betas"]
+        if not state:
+            state["steps"], state["mean"], state["square"] = 0, torch.zeros_like(p), torch.zeros_like(p)
+        state["steps"] += 1
+        state["mean"].lerp_(p.grad, 1 - first)
+        state["square"].mul_(second).addcmul_(p.grad, p.grad, value=1 - second)
+        spread = (state["square"] / (1 - second ** state["steps"])).sqrt_().add_(group["eps"])
+        p.addcdiv_(state["mean"], spread, value=-group["lr"] / (1 - first ** state["steps"]))
