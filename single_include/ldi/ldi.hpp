@@ -9185,11 +9185,10 @@ namespace ldi {
 /// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
-    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`; the same for `decoder.I`,
-    /// which
-    ///          reads the channels of the coarser level first, then the encoder's. Batch normalisation folded in. For int8 also
-    ///          `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value to be
-    ///          told apart, which examples/training/farbrausch/export.py finds
+    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalisation folded
+    ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
+    ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
+    ///          to be told apart, which examples/training/farbrausch/export.py finds
     /// kind     what it computes with; best_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
