@@ -3601,9 +3601,10 @@ template <class Result>
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
     const __m256 value =
         _mm256_fmadd_ps(exact, _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), ratio), _mm256_loadu_ps(out.bias + from));
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(value, _mm256_set1_ps(out.negative_slope)), value);
-    store_outputs(out.values + pixel * out.stride + from, out.count - from,
-                  _mm256_add_ps(activated, _mm256_set1_ps(out.zero_point)));
+    const __m256 zero_point = _mm256_set1_ps(out.zero_point);
+    const __m256 activated =
+        _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
+    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
 }
 
 template <class Result, std::size_t... v>
@@ -3727,8 +3728,10 @@ struct conv_u8_kernel {
         const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(sums, _mm512_maskz_loadu_epi32(existing, out.offsets + from)));
         const __m512 scale = _mm512_mul_ps(_mm512_maskz_loadu_ps(existing, out.scales + from), ratio);
         const __m512 value = _mm512_fmadd_ps(exact, scale, _mm512_maskz_loadu_ps(existing, out.bias + from));
-        const __m512 activated = _mm512_max_ps(_mm512_mul_ps(value, _mm512_set1_ps(out.negative_slope)), value);
-        store(out.values + pixel * out.stride + from, existing, _mm512_add_ps(activated, _mm512_set1_ps(out.zero_point)));
+        const __m512 zero_point = _mm512_set1_ps(out.zero_point);
+        const __m512 activated = _mm512_max_ps(_mm512_fmadd_ps(value, _mm512_set1_ps(out.negative_slope), zero_point),
+                                               _mm512_add_ps(value, zero_point));
+        store(out.values + pixel * out.stride + from, existing, activated);
     }
 
     template <std::size_t half, class Result, std::size_t... v>
@@ -3775,11 +3778,12 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// A sum without zero points to a result. One rounding in the product's sum with the bias, on every instruction set.
+/// A sum without zero points to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = std::fma(static_cast<float>(sum), scale, bias);
-    const float activated = (value > 0.0F ? value : value * negative_slope) + zero_point;
+    // Products and sums are never left for the compiler to fuse or not.
+    const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else
@@ -3830,7 +3834,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 // implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
-// the same operations everywhere (the product of sum and scale is added to the bias with one rounding).
+// the same operations everywhere: each product is added to what follows it with one rounding.
 
 namespace ldi {
 

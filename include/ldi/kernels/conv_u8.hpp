@@ -3,7 +3,7 @@
 // implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
-// the same operations everywhere (the product of sum and scale is added to the bias with one rounding).
+// the same operations everywhere: each product is added to what follows it with one rounding.
 #pragma once
 
 #include <ldi/kernels/conv_u8_avx2.hpp>

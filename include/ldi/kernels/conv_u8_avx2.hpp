@@ -63,9 +63,10 @@ template <class Result>
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
     const __m256 value =
         _mm256_fmadd_ps(exact, _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), ratio), _mm256_loadu_ps(out.bias + from));
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(value, _mm256_set1_ps(out.negative_slope)), value);
-    store_outputs(out.values + pixel * out.stride + from, out.count - from,
-                  _mm256_add_ps(activated, _mm256_set1_ps(out.zero_point)));
+    const __m256 zero_point = _mm256_set1_ps(out.zero_point);
+    const __m256 activated =
+        _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
+    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
 }
 
 template <class Result, std::size_t... v>

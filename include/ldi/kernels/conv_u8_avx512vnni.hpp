@@ -61,8 +61,10 @@ struct conv_u8_kernel {
         const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(sums, _mm512_maskz_loadu_epi32(existing, out.offsets + from)));
         const __m512 scale = _mm512_mul_ps(_mm512_maskz_loadu_ps(existing, out.scales + from), ratio);
         const __m512 value = _mm512_fmadd_ps(exact, scale, _mm512_maskz_loadu_ps(existing, out.bias + from));
-        const __m512 activated = _mm512_max_ps(_mm512_mul_ps(value, _mm512_set1_ps(out.negative_slope)), value);
-        store(out.values + pixel * out.stride + from, existing, _mm512_add_ps(activated, _mm512_set1_ps(out.zero_point)));
+        const __m512 zero_point = _mm512_set1_ps(out.zero_point);
+        const __m512 activated = _mm512_max_ps(_mm512_fmadd_ps(value, _mm512_set1_ps(out.negative_slope), zero_point),
+                                               _mm512_add_ps(value, zero_point));
+        store(out.values + pixel * out.stride + from, existing, activated);
     }
 
     template <std::size_t half, class Result, std::size_t... v>

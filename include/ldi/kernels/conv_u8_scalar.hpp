@@ -20,11 +20,12 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
     detail::append_conv_u8_panels<1>(packed, weights, zero_points, scales, bias, conv_u8_panel, 1);
 }
 
-/// A sum without zero points to a result. One rounding in the product's sum with the bias, on every instruction set.
+/// A sum without zero points to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = std::fma(static_cast<float>(sum), scale, bias);
-    const float activated = (value > 0.0F ? value : value * negative_slope) + zero_point;
+    // Products and sums are never left for the compiler to fuse or not.
+    const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
     else
