@@ -1,5 +1,6 @@
 // Prints how good 3D photos are, as Markdown, and ends with how far inpainting on layers is ahead of screen space and how much
 // stays uncovered. bench/quality/run.sh builds and runs it.
+#include "depth.hpp"
 #include "inpainting.hpp"
 #include "novel_views.hpp"
 #include "sizes.hpp"
@@ -24,7 +25,7 @@ using namespace ldi_quality;
 
 struct arguments {
     std::filesystem::path inpainting_model, pictures = "out/quality";
-    bool views = true, sizes = true;
+    bool views = true, depth = true, each_depth = false, sizes = true;
 };
 
 /// How long the network was trained, as its file says.
@@ -41,10 +42,11 @@ void run(const arguments& a) {
     const ldi::farbrausch network = ldi::load_farbrausch(a.inpainting_model);
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
+    ldi::thread_pool threads;
+    if (a.depth) print_depth(a.each_depth, threads);
     if (!a.views) return;
 
     std::filesystem::create_directories(a.pictures);
-    ldi::thread_pool threads;
     const std::vector<subject> pairs = stereo_pairs(), scenes = ray_cast_scenes(threads);
     std::vector<novel_view> all_views;
     std::vector<inpainting_result> all_inpainting;
@@ -74,11 +76,13 @@ void run(const arguments& a) {
 }  // namespace
 
 int main(int count, char** values) {
-    CLI::App app("Measures 3D photos: novel views, inpainting, sizes, times.");
+    CLI::App app("Measures 3D photos: depth, novel views, inpainting, sizes, times.");
     arguments a;
     app.add_option("--inpainting-model", a.inpainting_model, "weights (safetensors)")->required();
     app.add_option("--pictures", a.pictures, "folder for pictures")->capture_default_str();
     app.add_flag("!--no-views", a.views, "no novel views and inpainting");
+    app.add_flag("!--no-depth", a.depth, "no depth networks");
+    app.add_flag("--each-depth", a.each_depth, "of the depth networks, every photograph too");
     app.add_flag("!--no-sizes", a.sizes, "no sizes and times");
     CLI11_PARSE(app, count, values);
     try {

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# How good 3D photos are: novel views beside photographs taken from there, the paper's measure of inpainting, sizes, times. Prints
-# Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DD %".
+# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, the paper's measure of inpainting,
+# sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DD %".
 #
-#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-views: sizes and times only; --no-sizes: the rest
+#   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
 #
-# Without a model: examples/models/farbrausch.safetensors. Stereo pairs are those of ../shared/rgbd, skipped where that is absent;
-# the ray-cast scenes need nothing. How good depth is, examples/training/evaluate.sh tells.
+# Without a model: examples/models/farbrausch.safetensors. Photographs with depth and stereo pairs are those of ../shared/rgbd,
+# skipped where that is absent; the ray-cast scenes need nothing. examples/training/evaluate.sh tells more of depth.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=scripts/requirements.sh

@@ -1,0 +1,112 @@
+// How good the depth networks are: photographs with measured depth, which none was trained on.
+#pragma once
+
+#include "depth_metrics.hpp"
+#include "metrics.hpp"
+
+#include <ldi/core/executor.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/io/file.hpp>
+#include <ldi/io/photo.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi_quality {
+
+struct rgbd_pair {
+    std::string name;
+    picture photo;
+    ldi::image<float> disparity;  ///< H x W x 1, up to scale; NaN where unknown
+};
+
+/// What ../shared/rgbd/manifest.json lists; nothing without it.
+inline std::vector<rgbd_pair> rgbd_pairs() {
+    const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "rgbd", list = folder / "manifest.json";
+    std::vector<rgbd_pair> result;
+    if (!std::filesystem::exists(list)) {
+        std::printf("\nDepth is not measured: there is no %s\n", list.c_str());
+        return result;
+    }
+    const std::vector<std::byte> bytes = ldi::read_file(list);
+    const char* const text = reinterpret_cast<const char*>(bytes.data());
+    for (const nlohmann::json& entry : nlohmann::json::parse(text, text + bytes.size())) {
+        ldi::depth_map_options options;
+        options.invalid_zero = true;
+        options.scale = 1.0F / entry["scale"].get<float>();
+        if (entry["kind"] == "depth") options.kind = ldi::depth_map_kind::metres;
+        rgbd_pair p;
+        p.name = entry["name"];
+        p.photo = ldi::load_photo(folder / entry["image"].get<std::string>()).colour;
+        p.disparity = ldi::load_depth_map(folder / entry["map"].get<std::string>(), options);
+        // What cropping the photographs of a pair took away is noted in words: "inverse depth is proportional to disparity
+        // + 66.7".
+        const std::string note = entry["note"], before = "disparity + ";
+        const std::size_t found = note.find(before);
+        if (options.kind == ldi::depth_map_kind::disparity && found != std::string::npos) {
+            const float cropped = std::strtof(note.c_str() + found + before.size(), nullptr);  // 0 where it is unknown
+            for (float& d : p.disparity) d += cropped;
+        }
+        result.push_back(std::move(p));
+    }
+    return result;
+}
+
+/// The mean of a measure over what has it.
+template <class Measure>
+double mean_of(const std::vector<depth_quality>& all, Measure measure) {
+    std::vector<double> values;
+    for (const depth_quality& q : all)
+        if (!std::isnan(q.*measure)) values.push_back(q.*measure);
+    return values.empty() ? unmeasured : mean(values);
+}
+
+inline void print_row(const std::string& name, const std::vector<depth_quality>& measured) {
+    const auto of = [&](double depth_quality::*measure) { return mean_of(measured, measure); };
+    std::printf("| %s | %.3f | %.3f | %.3f | %.3f | %.3f | %.4f |\n", name.c_str(), of(&depth_quality::delta),
+                of(&depth_quality::abs_rel), of(&depth_quality::rmse), of(&depth_quality::edges), of(&depth_quality::silhouettes),
+                of(&depth_quality::disparity));
+}
+
+/// each  also prints a line for every pair
+template <ldi::executor Executor>
+void print_depth(bool each, Executor& threads) {
+    const std::vector<rgbd_pair> pairs = rgbd_pairs();
+    if (pairs.empty()) return;
+    std::printf(
+        "\n### Depth, %zu photographs with measured depth\n\n"
+        "| network | delta < 1.25 | AbsRel | RMSE | edges, F1 | silhouettes mismatched | disparity in blocks |\n"
+        "|---|---|---|---|---|---|---|\n",
+        pairs.size());
+    const std::pair<const char*, std::filesystem::path> networks[] = {
+        {"Tiefenrausch, published", std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model"},
+        {"tiefenrausch_small", LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"}};
+    for (const auto& [name, path] : networks) {
+        if (!std::filesystem::exists(path)) {
+            std::printf("| %s | skipped: there is no %s | | | | | |\n", name, path.c_str());
+            continue;
+        }
+        const ldi::tiefenrausch network = ldi::load_depth_network(path);
+        std::vector<depth_quality> measured;
+        for (const rgbd_pair& p : pairs) {
+            measured.push_back(
+                measure_depth(p.photo, network.disparity(p.photo, threads), network.quantization_step(), p.disparity, threads));
+            if (each) print_row(p.name, {measured.back()});
+        }
+        print_row(name, measured);
+    }
+    std::printf("| the paper, on 679 dual-camera photos of its own | | | | | 0.126 | 0.0129 |\n");
+    std::printf("| MegaDepth there | | | | | 0.227 | 0.0328 |\n");
+    std::fflush(stdout);
+}
+
+}  // namespace ldi_quality

@@ -1,0 +1,279 @@
+// How well a disparity map agrees with measured depth, up to scale and shift of disparity. The first four measures are those of
+// examples/training/tiefenrausch_small/metrics.py. The last two are the paper's ("Silhouette" and "Disparity" in its table beside
+// MegaDepth), in which it leaves open: the resolution, here the network's long side of 384; the units, here disparity in [0, 1],
+// for blocks by the truth's range, to which the estimate is aligned; whose silhouettes count, here both maps'; and what to do
+// where the truth is unknown, here nothing is counted there.
+#pragma once
+
+#include "metrics.hpp"
+
+#include <ldi/core/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/depth/normalize.hpp>
+#include <ldi/io/depth_map.hpp>
+#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/layers/discontinuity_curves.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace ldi_quality {
+
+using map = ldi::image<double>;              // H x W x 1
+using pixel_set = ldi::image<std::uint8_t>;  // H x W x 1: 1 where a pixel belongs to it
+
+inline constexpr double unmeasured = std::numeric_limits<double>::quiet_NaN();
+
+/// How a network does on one pair, or on many in the mean. unmeasured where the truth is not dense enough, or has no edges.
+struct depth_quality {
+    double delta = unmeasured;        ///< share of pixels within a factor of 1.25 of the truth
+    double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
+    double rmse = unmeasured;         ///< of distance, in median distances
+    double edges = unmeasured;        ///< F1 of the edges, 4 pixels of slack
+    double silhouettes = unmeasured;  ///< the paper's: share of silhouette pixels without one of the other map within 5 pixels
+    double disparity = unmeasured;    ///< the paper's: mean difference of disparity in blocks of 48 x 48 pixels, less their means
+};
+
+/// Half-way between the two middle values where their number is even.
+inline double median(std::vector<double> values) {
+    const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), values.begin() + half, values.end());
+    const double upper = values[static_cast<std::size_t>(half)];
+    if (values.size() % 2 == 1) return upper;
+    return (upper + *std::max_element(values.begin(), values.begin() + half)) / 2;
+}
+
+/// Bilinear between pixel centres, the border repeated.
+inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t columns) {
+    struct tap {
+        std::size_t first, second;
+        double weight;  // of the second
+    };
+    const auto taps = [](std::size_t source, std::size_t target) {
+        std::vector<tap> result;
+        const double last = static_cast<double>(source - 1);
+        for (std::size_t i = 0; i < target; ++i) {
+            const double at = (static_cast<double>(i) + 0.5) * static_cast<double>(source) / static_cast<double>(target) - 0.5;
+            const double inside = std::clamp(at, 0.0, last), first = std::floor(inside);
+            result.push_back(
+                {static_cast<std::size_t>(first), static_cast<std::size_t>(std::min(first + 1, last)), inside - first});
+        }
+        return result;
+    };
+    map result = ldi::make_image<double>(rows, columns);
+    const std::vector<tap> across = taps(ldi::width(from), columns), down = taps(ldi::height(from), rows);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            const tap u = across[x], v = down[y];
+            const auto row = [&](std::size_t at) {
+                return static_cast<double>(from(at, u.first, 0)) * (1 - u.weight) +
+                       static_cast<double>(from(at, u.second, 0)) * u.weight;
+            };
+            result(y, x, 0) = row(v.first) * (1 - v.weight) + row(v.second) * v.weight;
+        }
+    return result;
+}
+
+/// The nearest sample of each pixel.
+template <class Scalar>
+ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std::size_t columns) {
+    ldi::image<Scalar> result = ldi::make_image<Scalar>(rows, columns);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x)
+            result(y, x, 0) = from(y * ldi::height(from) / rows, x * ldi::width(from) / columns, 0);
+    return result;
+}
+
+/// The same, at the network's long side.
+template <class Scalar>
+ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
+    const double scale =
+        static_cast<double>(ldi::tiefenrausch::long_side) / static_cast<double>(std::max(ldi::height(from), ldi::width(from)));
+    const auto scaled = [&](std::size_t length) {
+        return static_cast<std::size_t>(std::nearbyint(static_cast<double>(length) * scale));
+    };
+    return sampled(from, scaled(ldi::height(from)), scaled(ldi::width(from)));
+}
+
+/// scale * estimate + shift with the least squared error where known
+inline map aligned(const map& estimate, const map& truth, const pixel_set& known) {
+    double n = 0, x_mean = 0, y_mean = 0, xx = 0, xy = 0;
+    for (std::size_t i = 0; i < known.size(); ++i)
+        if (known.data()[i] != 0) n += 1, x_mean += estimate.data()[i], y_mean += truth.data()[i];
+    x_mean /= n, y_mean /= n;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+        if (known.data()[i] == 0) continue;
+        const double x = estimate.data()[i] - x_mean;
+        xx += x * x, xy += x * (truth.data()[i] - y_mean);
+    }
+    const double scale = xx > 0 ? xy / xx : 0;
+    map result = estimate;
+    for (double& value : result) value = y_mean + scale * (value - x_mean);
+    return result;
+}
+
+/// What has a pixel of the set within `reach` in both x and y.
+inline pixel_set widened(const pixel_set& from, std::size_t reach) {
+    const std::size_t rows = ldi::height(from), columns = ldi::width(from);
+    pixel_set result = ldi::make_image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            if (from(y, x, 0) == 0) continue;
+            for (std::size_t v = y - std::min(y, reach); v <= std::min(y + reach, rows - 1); ++v)
+                for (std::size_t u = x - std::min(x, reach); u <= std::min(x + reach, columns - 1); ++u) result(v, u, 0) = 1;
+        }
+    return result;
+}
+
+inline double count(const pixel_set& a) { return static_cast<double>(std::count(a.begin(), a.end(), std::uint8_t{1})); }
+
+inline double count_both(const pixel_set& a, const pixel_set& b) {
+    double result = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) result += a.data()[i] != 0 && b.data()[i] != 0 ? 1 : 0;
+    return result;
+}
+
+/// Pixels that differ from the one 4 to the right, or below, by a factor of 1.15 or more, both known.
+inline pixel_set edges_of(const map& disparity, const pixel_set& known) {
+    constexpr std::size_t reach = 4;
+    const std::size_t rows = ldi::height(known), columns = ldi::width(known);
+    pixel_set found = ldi::make_image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
+    for (const auto& [down, right] : {std::pair<std::size_t, std::size_t>{0, reach}, {reach, 0}})
+        for (std::size_t y = 0; y + down < rows; ++y)
+            for (std::size_t x = 0; x + right < columns; ++x) {
+                if (known(y, x, 0) == 0 || known(y + down, x + right, 0) == 0) continue;
+                const double step = std::log(disparity(y + down, x + right, 0)) - std::log(disparity(y, x, 0));
+                if (std::abs(step) > std::log(1.15)) found(y + down / 2, x + right / 2, 0) = 1;
+            }
+    return found;
+}
+
+inline double edge_agreement(const map& ours, const map& truth, const pixel_set& known) {
+    const pixel_set a = edges_of(ours, known), b = edges_of(truth, known);
+    if (count(b) < 100) return unmeasured;
+    const double precision = count(a) > 0 ? count_both(a, widened(b, 4)) / count(a) : 0;
+    const double recall = count_both(b, widened(a, 4)) / count(b);
+    return 2 * precision * recall / std::max(precision + recall, 1e-9);
+}
+
+/// The near pixels of the discontinuities that a 3D photo of the network's long side, made from the map, would have.
+///
+/// photo      H x W x 3
+/// disparity  h x w x 1 of any size
+/// step       depth_estimator's quantization_step()
+template <ldi::executor Executor>
+pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparity, float step, Executor& threads) {
+    ldi::photo3d_options options;
+    options.long_side = ldi::tiefenrausch::long_side;
+    options.normalize.is_inverse_depth = false;
+    options.normalize.relative_step = step - 1;
+    const ldi::photo3d made =
+        ldi::make_photo3d(photo, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options, threads);
+    pixel_set result = ldi::make_image<std::uint8_t>(ldi::height(made.disparity), ldi::width(made.disparity), 1, std::uint8_t{0});
+    for (const ldi::discontinuity_curve& curve : made.curves)
+        for (const ldi::discontinuity& d : curve.sides) result.data()[d.front] = 1;
+    return result;
+}
+
+/// The share of silhouette pixels, of either map and where the truth is known, that have none of the other within 5 pixels;
+/// unmeasured where the truth has next to none.
+///
+/// known_pixels  of any size
+inline double mismatched(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
+    constexpr std::size_t slack = 5;
+    const pixel_set known = sampled(known_pixels, ldi::height(truth), ldi::width(truth));
+    double pixels = 0, alone = 0;
+    for (const auto& [these, others] : {std::pair{&ours, &truth}, {&truth, &ours}}) {
+        const pixel_set beside = widened(*others, slack);
+        for (std::size_t i = 0; i < known.size(); ++i) {
+            if (known.data()[i] == 0 || these->data()[i] == 0) continue;
+            pixels += 1, alone += beside.data()[i] == 0 ? 1 : 0;
+        }
+    }
+    return count_both(truth, known) < 100 ? unmeasured : alone / pixels;
+}
+
+inline double block_difference(const map& ours, const map& truth, const pixel_set& known) {
+    constexpr std::size_t side = 48, stride = 16;
+    std::vector<double> blocks, differences;
+    for (std::size_t top = 0; top + side <= ldi::height(known); top += stride)
+        for (std::size_t start = 0; start + side <= ldi::width(known); start += stride) {
+            differences.clear();
+            for (std::size_t y = top; y < top + side; ++y)
+                for (std::size_t x = start; x < start + side; ++x)
+                    if (known(y, x, 0) != 0) differences.push_back(ours(y, x, 0) - truth(y, x, 0));
+            if (differences.size() < side * side / 2) continue;
+            const double average = mean(differences);  // the difference of both means
+            for (double& d : differences) d = std::abs(d - average);
+            blocks.push_back(mean(differences));
+        }
+    return blocks.empty() ? unmeasured : mean(blocks);
+}
+
+/// photo      H x W x 3
+/// disparity  h x w x 1 of any size, above 0: the estimate
+/// step       the ratio of its neighbouring values, as depth_estimator's quantization_step()
+/// truth      H x W x 1, disparity up to scale, NaN where unknown
+template <ldi::executor Executor>
+depth_quality measure_depth(const picture& photo, const ldi::image<float>& disparity, float step, const ldi::image<float>& truth,
+                            Executor& threads) {
+    const std::size_t rows = ldi::height(truth), columns = ldi::width(truth);
+    pixel_set known = ldi::make_image<std::uint8_t>(rows, columns);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        known.data()[i] = truth.data()[i] > 0 ? 1 : 0;
+        if (known.data()[i] != 0) values.push_back(static_cast<double>(truth.data()[i]));
+    }
+    constexpr double farthest = 20;  // times the median distance: nothing counts as farther, in the truth or in the estimate
+    const double least = median(values) / farthest;
+    map right = ldi::make_image<double>(rows, columns);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        right.data()[i] = known.data()[i] != 0 ? std::max(static_cast<double>(truth.data()[i]), least) : least;
+    map ours = aligned(resized(disparity, rows, columns), right, known);
+    for (double& value : ours) value = std::max(value, least);
+    values.clear();
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        if (known.data()[i] != 0) values.push_back(right.data()[i]);
+    const double middle = median(values);
+
+    depth_quality result;
+    double within = 0, relative = 0, squared = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        if (known.data()[i] == 0) continue;
+        const double x = ours.data()[i], y = right.data()[i];
+        within += std::max(x / y, y / x) < 1.25 ? 1 : 0;
+        relative += std::abs(y / x - 1);
+        squared += (middle / x - middle / y) * (middle / x - middle / y);
+    }
+    const double n = static_cast<double>(values.size());
+    result.delta = within / n, result.abs_rel = relative / n, result.rmse = std::sqrt(squared / n);
+
+    const pixel_set known_here = at_network_size(known);
+    const map ours_here = at_network_size(ours), right_here = at_network_size(right);
+    result.edges = edge_agreement(ours_here, right_here, known_here);
+
+    if (n < 0.5 * static_cast<double>(truth.size())) return result;  // too sparse for silhouettes and blocks
+    // [0, 1] is what lies between the values of the truth that the pipeline would clip.
+    std::sort(values.begin(), values.end());
+    const std::size_t clipped =
+        static_cast<std::size_t>(ldi::normalize_options().clipped_share * static_cast<float>(values.size()));
+    const double lowest = values[clipped], span = std::max(values[values.size() - 1 - clipped] - lowest, 1e-9);
+    const auto in_range_of_truth = [&](map from) {
+        for (double& value : from) value = std::clamp((value - lowest) / span, 0.0, 1.0);
+        return from;
+    };
+    result.disparity = block_difference(in_range_of_truth(ours_here), in_range_of_truth(right_here), known_here);
+
+    result.silhouettes = mismatched(silhouettes_of(photo, disparity, step, threads),
+                                    silhouettes_of(photo, ldi::fill_invalid(truth), 1, threads), known);
+    return result;
+}
+
+}  // namespace ldi_quality
