@@ -8641,7 +8641,7 @@ namespace detail {
 
 /// Raises unsupported for an architecture out of bounds.
 inline void check_farbrausch(const farbrausch_architecture& a) {
-    constexpr std::size_t most_levels = 8, most_channels = 1024;
+    constexpr std::size_t most_levels = 8, most_filters = 1024;
     constexpr int most_growth = 64;
     const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
         if (!holds)
@@ -8651,7 +8651,7 @@ inline void check_farbrausch(const farbrausch_architecture& a) {
            std::to_string(a.channels.size()));
     expect(a.kernels.size() == a.channels.size(), "kernels", "one for each stage", std::to_string(a.kernels.size()));
     for (const std::size_t count : a.channels)
-        expect(count >= 1 && count <= most_channels, "channels", "1 to 1024 each", std::to_string(count));
+        expect(count >= 1 && count <= most_filters, "channels", "1 to 1024 each", std::to_string(count));
     for (const std::int32_t size : a.kernels)
         expect(size >= 3 && size <= largest_kernel_size && size % 2 == 1, "kernels", "odd numbers from 3 to 15",
                std::to_string(size));
