@@ -79,7 +79,7 @@ TEST_CASE("the small network reads as it was written") {
 }
 
 TEST_CASE("the published network has 146 convolutions, 39 additions and 5 enlargements") {
-    const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/model/";
+    const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
     const bytes operators = ldi_test::read_bytes(folder + "tiefenrausch.pb"),
                 weights = ldi_test::read_bytes(folder + "tiefenrausch_init.pb");
     if (operators.empty()) {
@@ -173,7 +173,7 @@ TEST_CASE("every byte of the small network, each bit flipped in turn, gives an e
 }
 
 TEST_CASE("damage to the published network does no worse than an error") {
-    const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/model/";
+    const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
     const caffe2_files sound{ldi_test::read_bytes(folder + "tiefenrausch.pb"),
                              ldi_test::read_bytes(folder + "tiefenrausch_init.pb")};
     if (sound.network.empty()) {

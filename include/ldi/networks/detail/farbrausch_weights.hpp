@@ -54,8 +54,9 @@ public:
         : file_(file), architecture_(architecture), target_(target) {}
 
     farbrausch_convolutions<conv_f32_weights> float32() const {
-        return pack_all<conv_f32_weights>(
-            [&](const layer& l) { return pack_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+        return pack_all<conv_f32_weights>([&](const layer& l, const values& weights, const values& bias) {
+            return pack_convolution(target_, weights, bias, l.kernel, l.after);
+        });
     }
 
     farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
@@ -63,19 +64,20 @@ public:
             raise(error_code::unsupported, where,
                   "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
                   "bfloat16 with " + std::string(to_string(target_)));
-        return pack_all<conv_bf16_weights>(
-            [&](const layer& l) { return pack_bfloat16_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after); });
+        return pack_all<conv_bf16_weights>([&](const layer& l, const values& weights, const values& bias) {
+            return pack_bfloat16_convolution(target_, weights, bias, l.kernel, l.after);
+        });
     }
 
     farbrausch_convolutions<conv_u8_weights> int8() const {
-        auto result = pack_all<conv_u8_weights>([&](const layer& l) {
+        auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
             std::vector<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
             if (l.inputs() * k * k > most_conv_u8_inputs)
                 raise(error_code::unsupported, where, "int8 convolutions of up to 131072 inputs",
                       l.name + " with " + std::to_string(l.inputs() * k * k));
-            return pack_byte_convolution(target_, weights_of(l), bias_of(l), l.kernel, l.after, sources,
+            return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
         });
         result.input = {range("input")};
@@ -86,6 +88,7 @@ private:
     static constexpr const char* where = "arithmetic of the inpainting network";
     static constexpr std::size_t input_channels = 4, output_channels = 3;
 
+    using values = std::vector<float>;
     struct ranged_tensor {
         std::string name;
         std::size_t channels;
@@ -123,7 +126,9 @@ private:
         const auto stage = [&](const layer& l) {
             names.push_back(l.name + ".weight"), names.push_back(l.name + ".bias");
             if (!l.result.empty()) names.push_back(l.result + ".range");
-            return pack(l);
+            const std::size_t k = static_cast<std::size_t>(l.kernel);
+            const values& weights = finite(l.name + ".weight", {l.outputs, l.inputs(), k, k});
+            return pack(l, weights, finite(l.name + ".bias", {l.outputs}));
         };
         for (std::size_t i = 0; i < depth(); ++i)
             result.encoder.push_back(
@@ -142,17 +147,12 @@ private:
         return result;
     }
 
-    const std::vector<float>& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
-        const std::vector<float>& values = tensor_values<float>(file_, name, shape);
-        if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+    const values& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
+        const values& found = tensor_values<float>(file_, name, shape);
+        if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
             raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
-        return values;
+        return found;
     }
-    const std::vector<float>& weights_of(const layer& l) const {
-        const std::size_t k = static_cast<std::size_t>(l.kernel);
-        return finite(l.name + ".weight", {l.outputs, l.inputs(), k, k});
-    }
-    const std::vector<float>& bias_of(const layer& l) const { return finite(l.name + ".bias", {l.outputs}); }
 
     quantization range(const std::string& of) const {
         const std::string name = of + ".range";
@@ -160,7 +160,7 @@ private:
             raise(error_code::mismatch, where,
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
                   "no tensor " + name);
-        const std::vector<float>& ends = finite(name, {2});
+        const values& ends = finite(name, {2});
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
             raise(error_code::invalid_data, "tensor " + name, "a range round 0",
