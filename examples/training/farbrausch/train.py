@@ -21,6 +21,7 @@ import torch
 import torch.nn.functional as F
 
 import data
+import export
 import masks
 from model import Farbrausch
 from muon import Muon
@@ -31,6 +32,7 @@ GRADIENT_SCALES = 4
 TEXTURE_SCALES = 3
 TEXTURE_WINDOW = 8  # pixels a side, at each scale
 VALIDATION_CROPS = 64
+CALIBRATION_BATCHES = 20
 
 
 def differences(x):
@@ -98,6 +100,34 @@ def validate(net, batches):
     return torch.cat(decibels).mean().item(), torch.cat(errors).mean().item(), ours / true
 
 
+@torch.no_grad()
+def continue_from(net, path, batches):
+    """Makes `net` the network of an exported file, whose normalisation is folded into its weights. The layers get one again that
+    changes nothing: its scale and shift are the spread and the mean of what the layer makes of the batches."""
+    for (_, layer), (_, folded) in zip(export.layers(net), export.layers(export.network_of(path))):
+        layer.weight.copy_(folded.weight)
+        if layer.norm is None:
+            layer.bias.copy_(folded.bias)
+        else:
+            layer.norm.weight.fill_(math.sqrt(1 + layer.norm.eps))
+            layer.norm.bias.copy_(folded.bias)
+    net.eval()
+    seen = {layer.norm: [] for _, layer in export.layers(net) if layer.norm is not None}
+    hooks = [norm.register_forward_hook(lambda norm, inputs, _: seen[norm].append(torch.var_mean(inputs[0], (0, 2, 3))))
+             for norm in seen]
+    for image, known, exists in batches:
+        net(image, known, exists)
+    for norm, statistics in seen.items():
+        spread, mean = (torch.stack(values).mean(0) for values in zip(*statistics))
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(spread)
+        norm.weight.copy_(torch.sqrt(spread + norm.eps))
+        norm.bias.add_(mean)
+    for hook in hooks:
+        hook.remove()
+    net.train()
+
+
 class Run:
     """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
 
@@ -153,6 +183,7 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of photographs")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
+    p.add_argument("--weights", help="exported file to begin with, where FOLDER has no checkpoint: more training, or your own photographs")
     p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
     p.add_argument("--batch", type=int, default=16, help="crops a step")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
@@ -179,6 +210,9 @@ def main():
     rng = np.random.default_rng([7, run.step])
     photographs, bank = data.Photographs(a.photos), masks.bank(MASKS, seed=3)
     validation = photographs.validation_batches(VALIDATION_CROPS)
+    if a.weights and run.step == 0:
+        continue_from(run.net, a.weights, (photographs.batch(rng, bank, a.batch, a.crop) for _ in range(CALIBRATION_BATCHES)))
+        run.average.load_state_dict(run.net.state_dict())
     print(f"{len(photographs.train)} photographs, {len(photographs.held_out)} more held out; from step {run.step}", flush=True)
 
     asked = []
