@@ -2923,6 +2923,16 @@ inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weigh
     detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
 }
 
+/// a * b + c, fused where the compiler's target does that in one instruction: left to itself, the compiler fuses in one tile and
+/// not in another, and a pixel's bits would depend on the tile that it falls into.
+inline float multiply_add(float a, float b, float c) {
+#if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+    return std::fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
 /// The sums of `pixels` pixels with one panel of weights.
 template <std::size_t pixels, class Value, class Result>
 inline void conv_tile(const conv_weights<Value>& weights, const Value* const* rows, std::size_t offset, std::size_t pixel_stride,
@@ -2934,14 +2944,14 @@ inline void conv_tile(const conv_weights<Value>& weights, const Value* const* ro
         for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
             for (std::size_t p = 0; p < pixels; ++p) {
                 const float x = to_float(input[p * pixel_stride + i]);
-                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] += x * to_float(values[o]);
+                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] = multiply_add(x, to_float(values[o]), sums[p][o]);
             }
     }
     const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o) {
             const float ratio = ratios == nullptr ? 1.0F : ratios[p];
-            const float value = sums[p][o] * ratio + weights.bias[first_output + o];
+            const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
             const float activated = value > 0.0F ? value : value * weights.negative_slope;
             if constexpr (std::is_same_v<Result, bfloat16>)
                 result[p * weights.outputs + first_output + o] = to_bfloat16(activated);
