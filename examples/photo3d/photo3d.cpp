@@ -88,7 +88,7 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option(
            "--arithmetic", a.arithmetic,
            "what the inpainting network computes with: float32, bfloat16 (faster, on processors that have it), int8 (fastest, "
-           "colours about 50 dB from float32), or best: bfloat16 where there is that, else float32")
+           "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
         ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
         ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
