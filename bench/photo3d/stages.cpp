@@ -4,6 +4,7 @@
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 
 #include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/layers/grain.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "bench/support/converted_photo.hpp"
@@ -83,6 +84,11 @@ const auto registered = [] {
     measure("colour inpainting (diffusion)", 540, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
         ldi::diffusion_inpainter().inpaint(layers, one_thread);
+        return layers;
+    });
+    measure("grain", 0, [](benchmark::State& state) {
+        ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
+        ldi::add_grain(layers, options.grain);
         return layers;
     });
     measure("chart generation", 72, [](benchmark::State&) {

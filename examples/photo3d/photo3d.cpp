@@ -37,7 +37,7 @@ struct arguments {
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
-    float field_of_view = 0.0F;
+    float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength;
     int quality = 85;
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
@@ -91,6 +91,10 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
            "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
         ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
         ->capture_default_str();
+    app.add_option("--grain", a.grain,
+                   "noise over what is inpainted, relative to the strength of what is fine around: 0 for none, 1 for as strong")
+        ->check(CLI::Range(0.0, 4.0))
+        ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
         ->check(CLI::Range(16, 16384))
         ->capture_default_str();
@@ -129,6 +133,7 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
 ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     ldi::photo3d_options options;
     options.long_side = a.long_side;
+    options.grain.strength = a.grain;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
         // The same field of view as a 35 mm equivalent, which is what the options hold.

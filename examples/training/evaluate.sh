@@ -30,6 +30,11 @@ are_there() {
     done
 }
 
+# Compiles a program of this folder, with the library and nothing else.
+compile() {
+    "${CXX:-g++}" -std=c++20 -O2 -I"$root/include" "$here/$1.cpp" -o "$built/$(basename "$1")"
+}
+
 # Runs a program of this folder and keeps what it prints.
 measure() {
     local kept=$1 start=$SECONDS
@@ -46,15 +51,15 @@ rm -f "$built/inpainting.md" "$built/depth.md"
 
 printf '## Inpainting\n\n'
 if are_there "$shared/photos/eval" "$models/farbrausch.safetensors"; then
+    compile farbrausch/inpaint
     measure inpainting.md farbrausch/evaluate.py --photos "$shared/photos/eval" --weights "$models/farbrausch.safetensors" \
-        --sheets "$pictures"
+        --inpaint "$built/inpaint" --sheets "$pictures"
 fi
 
 printf '\n## Depth\n\n'
 if are_there "$shared/rgbd" "$shared/tiefenrausch/model" "$models/tiefenrausch_small.safetensors"; then
-    for program in estimate convert; do
-        "${CXX:-g++}" -std=c++20 -O2 -I"$root/include" "$here/tiefenrausch_small/$program.cpp" -o "$built/$program"
-    done
+    compile tiefenrausch_small/estimate
+    compile tiefenrausch_small/convert
     measure depth.md tiefenrausch_small/evaluate.py --pairs "$shared/rgbd" --estimate "$built/estimate" --convert "$built/convert" \
         --published "$shared/tiefenrausch/model" --student "$models/tiefenrausch_small.safetensors" --sheet "$pictures/depth.png"
 fi

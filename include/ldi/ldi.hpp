@@ -49,6 +49,7 @@
 #include <ldi/layers/diffusion_inpainter.hpp>
 #include <ldi/layers/discontinuity_curves.hpp>
 #include <ldi/layers/expand.hpp>
+#include <ldi/layers/grain.hpp>
 #include <ldi/layers/lift.hpp>
 #include <ldi/layers/mixed_colours.hpp>
 #include <ldi/layers/spurious_discontinuities.hpp>

@@ -14,6 +14,7 @@
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/layers/discontinuity_curves.hpp>
 #include <ldi/layers/expand.hpp>
+#include <ldi/layers/grain.hpp>
 #include <ldi/layers/lift.hpp>
 #include <ldi/layers/mixed_colours.hpp>
 #include <ldi/layers/spurious_discontinuities.hpp>
@@ -74,6 +75,7 @@ struct photo3d_options {
     mixed_colour_options mixed_colours;
     curve_options curves;
     expand_options expand;
+    grain_options grain;
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
@@ -148,6 +150,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
 
     watcher.report("colour inpainting", 0.0F);
     inpainter.inpaint(result.layers, threads, watcher);
+    add_grain(result.layers, options.grain);
     watcher.report("colour inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);

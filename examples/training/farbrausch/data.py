@@ -9,6 +9,7 @@ import masks
 
 # How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
+SHRUNK_MASKS = 0.25  # share of the masks of which more is shown than the crop is wide
 VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with
 
 
@@ -61,7 +62,8 @@ def labels_of(rng, bank, size):
     while True:
         labels = bank[rng.integers(len(bank))]
         full = labels.shape[0]
-        side = rng.integers(size, full + 1) if full > size else full
+        # mostly as it is, so that a band is as deep as expansion makes it
+        side = rng.integers(size, full + 1) if full > size and rng.random() < SHRUNK_MASKS else min(size, full)
         y, x = rng.integers(full - side + 1), rng.integers(full - side + 1)
         labels = labels[y:y + side, x:x + side]
         if side != size:

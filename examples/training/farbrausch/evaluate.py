@@ -1,6 +1,10 @@
 """Compares fills on held-out photographs: 200 fixed holes of the silhouette kind at 256x256, and what each method puts there.
 
-    python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors|checkpoint.pt [--sheets FOLDER] [--count 200]
+    python3 evaluate.py --photos PHOTOS --weights checkpoint.pt [--sheets FOLDER] [--count 200]
+    python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors --inpaint PROGRAM ...
+
+With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, grain and all, and a further row
+is the network alone in PyTorch; without it there is only that.
 
 Columns, inside the holes: PSNR and SSIM (averages over the pictures), mean absolute colour error (0 to 255), error of a hole's mean
 colour (one hole: one connected piece), mean gradient magnitude relative to the truth's, and the distance between the histograms of
@@ -9,6 +13,7 @@ PSNR over the best of the others.
 """
 import argparse
 import os
+import subprocess
 
 import cv2
 import numpy as np
@@ -77,6 +82,19 @@ def network(path):
     return fill
 
 
+def library(program, path):
+    process = subprocess.Popen([program, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def fill(image, labels):
+        process.stdin.write(np.array(labels.shape, "<i4").tobytes() + image.tobytes() + np.ascontiguousarray(labels).tobytes())
+        process.stdin.flush()
+        data = process.stdout.read(image.size)
+        if len(data) != image.size:
+            raise SystemExit(f"{program} ended")
+        return np.frombuffer(data, np.uint8).reshape(image.shape)
+    return fill
+
+
 def structural_similarity(a, b):
     """The SSIM map of two H x W x 3 pictures, averaged over the channels (Gaussian window, sigma 1.5)."""
     a, b = a.astype(np.float64), b.astype(np.float64)
@@ -137,6 +155,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--photos", required=True, help="folder of held-out photographs")
     p.add_argument("--weights", help="exported file or checkpoint; without it only the other methods are measured")
+    p.add_argument("--inpaint", help="inpaint.cpp, compiled: measures the library too; needs exported weights")
     p.add_argument("--count", type=int, default=200)
     p.add_argument("--sheets", help="folder for contact sheets of the 24 best and the 24 worst fills")
     a = p.parse_args()
@@ -145,7 +164,9 @@ def main():
     methods = {"median colour": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),
                "Navier-Stokes": opencv(cv2.INPAINT_NS)}
     if a.weights:
-        methods["Farbrausch"] = network(a.weights)
+        methods["Farbrausch without grain" if a.inpaint else "Farbrausch"] = network(a.weights)
+    if a.weights and a.inpaint:
+        methods["Farbrausch"] = library(a.inpaint, a.weights)
     inputs = cases(a.photos, a.count)
     results = {name: [measure(image, labels, fill(image, labels)) for image, labels in inputs] for name, fill in methods.items()}
     print(f"| {len(inputs)} holes | PSNR | SSIM | colour error | error of mean colour | gradients | gradient histogram |\n|---|---|---|---|---|---|---|")
@@ -154,7 +175,7 @@ def main():
         mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "colour", "average")}
         print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['colour']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
     if a.weights:
-        decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items()}
+        decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items() if name != "Farbrausch without grain"}
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)

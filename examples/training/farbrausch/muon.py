@@ -23,9 +23,13 @@ def orthogonalised(matrix, dtype):
 
 
 class Muon(torch.optim.Optimizer):
-    def __init__(self, parameters, lr, momentum=0.95, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
-        """dtype  that the products of matrices are taken in"""
-        super().__init__(parameters, {"lr": lr, "momentum": momentum, "betas": betas, "eps": eps})
+    def __init__(self, parameters, lr, momentum=0.95, decay=0.2, betas=(0.9, 0.99), eps=1e-8, dtype=torch.bfloat16):
+        """
+        decay  of the matrices. Steps of a fixed length make weights grow, and those before a normalisation may: their size changes
+               nothing, but the larger they are, the less a step turns them. Decay keeps the size at which both are in balance.
+        dtype  that the products of matrices are taken in
+        """
+        super().__init__(parameters, {"lr": lr, "momentum": momentum, "decay": decay, "betas": betas, "eps": eps})
         self.dtype = dtype
 
     @torch.no_grad()
@@ -42,6 +46,7 @@ class Muon(torch.optim.Optimizer):
         state["momentum"].mul_(group["momentum"]).add_(p.grad)
         direction = p.grad.add(state["momentum"], alpha=group["momentum"]).flatten(1)
         length = group["lr"] * STEP_LENGTH * math.sqrt(max(direction.shape))
+        p.mul_(1 - group["lr"] * group["decay"])
         p.add_(orthogonalised(direction, self.dtype).view_as(p), alpha=-length)
 
     def adam_step(self, p, group):

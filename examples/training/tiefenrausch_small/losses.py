@@ -1,7 +1,7 @@
 """The paper's losses (after Li and Snavely's MegaDepth), on log disparity."""
 
 ANCHOR = 0.1  # how much of a constant error counts: 0 would leave the 8-bit output's range to chance
-GRADIENT_WEIGHT = 0.5
+GRADIENT_WEIGHT = 1.0
 SCALES = 4
 
 

@@ -1,0 +1,44 @@
+// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+#pragma once
+
+#include <ldi/core/diffusion.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ldi::detail {
+
+/// g       in canonical order
+/// known   one a pixel, 0 where it is not known
+/// value   value(pixel): three bytes of a known pixel
+/// store   store(pixel, diffusion::colour_type): is called for every pixel that is not known
+/// rounds  Gauss-Seidel rounds on each level of the multigrid
+///
+/// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+template <class Value, class Store>
+void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int rounds, Value&& value, Store&& store) {
+    diffusion solver;
+    solver.start();
+    std::vector<std::int32_t> cell_of(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (known[i] != 0) continue;
+        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
+        for (side s : all_sides) {
+            const std::int32_t neighbour = g.neighbours(s)[i];
+            if (neighbour == no_pixel) continue;
+            if (known[static_cast<std::size_t>(neighbour)] != 0)
+                solver.add_known_neighbour(cell, value(neighbour));
+            else if (s == side::left)
+                solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+            else if (s == side::up)
+                solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+        }
+    }
+    solver.solve(rounds);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.colour(cell_of[i]));
+}
+
+}  // namespace ldi::detail
