@@ -7390,6 +7390,7 @@ struct network_description {
     quantization input;
     std::vector<operator_description> operators;
     std::size_t output = 0;  ///< the tensor that is the network's result
+    std::string where = {};  ///< the file it comes from, for messages; may be empty
 };
 
 }  // namespace ldi
@@ -7442,6 +7443,26 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 
 }  // namespace ldi
 
+// ---- ldi/core/detail/printable.hpp
+// Names that come out of files, in messages.
+
+namespace ldi::detail {
+
+/// A name from a file, fit for a message: short, and in printable characters.
+inline std::string printable(std::string_view name) {
+    if (name.empty()) return "an empty name";
+    constexpr std::size_t most = 80;
+    std::string result(name.substr(0, most));
+    for (char& c : result)
+        if (c < ' ' || c > '~') c = '?';
+    return result + (name.size() > most ? "..." : "");
+}
+
+/// Something of a file, or of none, as messages name it.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
+}  // namespace ldi::detail
+
 // ---- ldi/nn/detail/check_network.hpp
 // Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
 // used, and an error names the tensor.
@@ -7487,69 +7508,70 @@ inline void check_accumulators(const std::string& name, const convolution_descri
     }
 }
 
-inline std::size_t check_operator(const operator_description& op, const convolution_description& c,
+inline std::size_t check_operator(const std::string& place, quantization output, const convolution_description& c,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& input = checked_input(op.name, tensors, c.input);
+    const checked_tensor& input = checked_input(place, tensors, c.input);
     const std::size_t outputs = c.bias.size();
     if (outputs == 0 || outputs > most_channels)
-        raise(error_code::unsupported, op.name, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
+        raise(error_code::unsupported, place, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
     if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
-        raise(error_code::unsupported, op.name, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
+        raise(error_code::unsupported, place, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
               std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
     if (c.stride == 0 || c.stride > most_stride)
-        raise(error_code::unsupported, op.name, "a stride of 1 or 2", std::to_string(c.stride));
+        raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, op.name, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
-        raise(error_code::mismatch, op.name, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
-    check_scale(op.name + " weights", c.weight_quantization.scale);
-    const float scale = requantization_scale(input.values, c.weight_quantization, op.output);
+        raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
+    check_scale(place + " weights", c.weight_quantization.scale);
+    const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
-        raise(error_code::unsupported, op.name, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
-    check_accumulators(op.name, c);
+        raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
+    check_accumulators(place, c);
     return outputs;
 }
 
-inline std::size_t check_operator(const operator_description& op, const addition_description& s,
+inline std::size_t check_operator(const std::string& place, quantization output, const addition_description& s,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& a = checked_input(op.name, tensors, s.inputs[0]);
-    const checked_tensor& b = checked_input(op.name, tensors, s.inputs[1]);
+    const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
+    const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
     if (a.channels != b.channels)
-        raise(error_code::mismatch, op.name, "two tensors with equally many channels",
+        raise(error_code::mismatch, place, "two tensors with equally many channels",
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
-    const float a_ratio = a.values.scale / op.output.scale, b_ratio = b.values.scale / op.output.scale;
+    const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
-        raise(error_code::unsupported, op.name, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
+        raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
               std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
     return a.channels;
 }
 
-inline std::size_t check_operator(const operator_description& op, const nearest_resize_description& r,
+inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& input = checked_input(op.name, tensors, r.input);
+    const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > most_resize_factor)
-        raise(error_code::unsupported, op.name, "a factor of 1 to " + std::to_string(most_resize_factor),
-              std::to_string(r.factor));
-    if (op.output != input.values) raise(error_code::mismatch, op.name, "the input's scale and zero point", "others");
+        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
     return input.channels;
 }
 
 inline void check_network(const network_description& network) {
+    const std::string input = place_in(network.where, network.input_name);
     if (network.input_channels == 0 || network.input_channels > most_channels)
-        raise(error_code::unsupported, network.input_name, "1 to " + std::to_string(most_channels) + " channels",
+        raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
               std::to_string(network.input_channels));
-    check_scale(network.input_name, network.input.scale);
+    check_scale(input, network.input.scale);
     std::vector<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
-        check_scale(op.name, op.output.scale);
-        const std::size_t channels = std::visit([&](const auto& kind) { return check_operator(op, kind, tensors); }, op.kind);
+        const std::string place = place_in(network.where, op.name);
+        check_scale(place, op.output.scale);
+        const std::size_t channels =
+            std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, network.input_name, "a result that an operator makes",
-              "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
 }
 
 }  // namespace ldi::detail
@@ -8379,23 +8401,6 @@ private:
 
 }  // namespace ldi
 
-// ---- ldi/core/detail/printable.hpp
-// Names that come out of files, in messages.
-
-namespace ldi::detail {
-
-/// A name from a file, fit for a message: short, and in printable characters.
-inline std::string printable(std::string_view name) {
-    if (name.empty()) return "an empty name";
-    constexpr std::size_t most = 80;
-    std::string result(name.substr(0, most));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return result + (name.size() > most ? "..." : "");
-}
-
-}  // namespace ldi::detail
-
 // ---- ldi/nn/weights.hpp
 // What a weight file holds: named tensors, and text about them. io/safetensors.hpp reads it from a file; a network takes from it
 // what it needs, and every tensor's type and shape are checked when it is taken.
@@ -8437,7 +8442,7 @@ constexpr std::string_view scalar_name() {
 
 /// A tensor as messages name it.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
-    return (from.where.empty() ? "" : from.where + ", ") + "tensor " + printable(name);
+    return place_in(from.where, "tensor " + printable(name));
 }
 }  // namespace detail
 
@@ -8509,6 +8514,7 @@ public:
 
     network_description read() {
         const std::vector<std::string> names = operator_names();
+        result_.where = file_.where;
         result_.input_name = "input";
         result_.input = {scales_[0], zero_points_[0]};
         channels_ = {0};  // of the input, until something reads it
@@ -8649,13 +8655,15 @@ inline arithmetic best_arithmetic(isa target = best_isa()) {
 
 namespace detail {
 
+/// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
-inline void check_farbrausch(const farbrausch_architecture& a) {
+inline void check_farbrausch(const farbrausch_architecture& a, const std::string& file) {
     constexpr std::size_t most_levels = 8, most_filters = 1024;
     constexpr int most_growth = 64;
-    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
+    const auto expect = [&](bool holds, const char* what, const char* expected, const std::string& found) {
         if (!holds)
-            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
+            raise(error_code::unsupported, place_in(file, std::string("architecture of the inpainting network, ") + what),
+                  expected, found);
     };
     expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));
@@ -8722,7 +8730,7 @@ public:
 
     farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
         if (!multiplies_bfloat16(target_))
-            raise(error_code::unsupported, where,
+            raise(error_code::unsupported, where(),
                   "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
                   "bfloat16 with " + std::string(to_string(target_)));
         return pack_all<conv_bf16_weights>([&](const layer& l, const values& weights, const values& bias) {
@@ -8736,7 +8744,7 @@ public:
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
             if (l.inputs() * k * k > most_conv_u8_inputs)
-                raise(error_code::unsupported, where, "int8 convolutions of up to 131072 inputs",
+                raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
                       l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
@@ -8746,7 +8754,7 @@ public:
     }
 
 private:
-    static constexpr const char* where = "arithmetic of the inpainting network";
+    std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
     static constexpr std::size_t input_channels = 4, output_channels = 3;
 
     using values = std::vector<float>;
@@ -8811,20 +8819,20 @@ private:
     const values& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
         return found;
     }
 
     quantization range(const std::string& of) const {
         const std::string name = of + ".range";
         if (!file_.tensors.contains(name))
-            raise(error_code::mismatch, where,
+            raise(error_code::mismatch, where(),
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
                   "no tensor " + name);
         const values& ends = finite(name, {2});
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, "tensor " + name, "a range round 0",
+            raise(error_code::invalid_data, tensor_place(file_, name), "a range round 0",
                   std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
         return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
     }
@@ -9269,7 +9277,7 @@ private:
 
 inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
-    detail::check_farbrausch(architecture_);
+    detail::check_farbrausch(architecture_, weights.where);
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;
@@ -9414,15 +9422,16 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa()) : network_(description, target) {
+        const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
-            raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
+            raise(error_code::mismatch, where, "3 channels in and 1 out",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
         const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
         if (result != smallest)
-            raise(error_code::mismatch, "depth network", "a result as large as the input, 32 x 32",
+            raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         if (log_disparity_quantization().scale > most_scale)
-            raise(error_code::unsupported, "depth network", "log disparity in steps of at most " + std::to_string(most_scale),
+            raise(error_code::unsupported, where, "log disparity in steps of at most " + std::to_string(most_scale),
                   "steps of " + std::to_string(log_disparity_quantization().scale));
     }
 

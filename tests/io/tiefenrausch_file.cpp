@@ -117,6 +117,8 @@ TEST_CASE("what does not fit in a file of operators is named") {
     CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[1] = -1; }), Contains("row 0, column 1"));
     CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[3] = 5; }), Contains("4 x 5 x 5 x 3"));
     CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[4] = 3; }), Contains("stride"));
-    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "weight_scales")[0] = 1e9F; }), Contains("level0"));
-    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }), Contains("input"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "weight_scales")[0] = 1e9F; }),
+               Contains("tiefenrausch_weights.safetensors, level0"));
+    CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }),
+               Contains("tiefenrausch_weights.safetensors, input"));
 }

@@ -4,6 +4,7 @@
 #include <ldi/io/file.hpp>
 #include <ldi/networks/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/nn/network_description.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +22,9 @@ inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
     const auto bytes = [](const std::vector<std::byte>& file) {
         return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
     };
-    return tiefenrausch(read_caffe2(bytes(network), bytes(weights)));
+    network_description description = read_caffe2(bytes(network), bytes(weights));
+    description.where = folder.string();
+    return tiefenrausch(description);
 }
 
 }  // namespace ldi

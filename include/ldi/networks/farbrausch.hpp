@@ -102,7 +102,7 @@ private:
 
 inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
-    detail::check_farbrausch(architecture_);
+    detail::check_farbrausch(architecture_, weights.where);
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;

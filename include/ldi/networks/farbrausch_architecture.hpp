@@ -1,6 +1,7 @@
 // What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
 #pragma once
 
+#include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/kernels/isa.hpp>
@@ -47,13 +48,15 @@ inline arithmetic best_arithmetic(isa target = best_isa()) {
 
 namespace detail {
 
+/// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
-inline void check_farbrausch(const farbrausch_architecture& a) {
+inline void check_farbrausch(const farbrausch_architecture& a, const std::string& file) {
     constexpr std::size_t most_levels = 8, most_filters = 1024;
     constexpr int most_growth = 64;
-    const auto expect = [](bool holds, const char* what, const char* expected, const std::string& found) {
+    const auto expect = [&](bool holds, const char* what, const char* expected, const std::string& found) {
         if (!holds)
-            raise(error_code::unsupported, std::string("architecture of the inpainting network, ") + what, expected, found);
+            raise(error_code::unsupported, place_in(file, std::string("architecture of the inpainting network, ") + what),
+                  expected, found);
     };
     expect(!a.channels.empty() && a.channels.size() <= most_levels, "channels", "1 to 8 stages",
            std::to_string(a.channels.size()));

@@ -2,6 +2,7 @@
 // from what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
 #pragma once
 
+#include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/core/executor.hpp>
 #include <ldi/core/image.hpp>
@@ -29,15 +30,16 @@ public:
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa()) : network_(description, target) {
+        const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
-            raise(error_code::mismatch, "depth network", "3 channels in and 1 out",
+            raise(error_code::mismatch, where, "3 channels in and 1 out",
                   std::to_string(network_.input_channels()) + " and " + std::to_string(network_.output_channels()));
         const tensor_size smallest{alignment, alignment}, result = network_.output_size(smallest);
         if (result != smallest)
-            raise(error_code::mismatch, "depth network", "a result as large as the input, 32 x 32",
+            raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
         if (log_disparity_quantization().scale > most_scale)
-            raise(error_code::unsupported, "depth network", "log disparity in steps of at most " + std::to_string(most_scale),
+            raise(error_code::unsupported, where, "log disparity in steps of at most " + std::to_string(most_scale),
                   "steps of " + std::to_string(log_disparity_quantization().scale));
     }
 

@@ -48,6 +48,7 @@ struct network_description {
     quantization input;
     std::vector<operator_description> operators;
     std::size_t output = 0;  ///< the tensor that is the network's result
+    std::string where = {};  ///< the file it comes from, for messages; may be empty
 };
 
 }  // namespace ldi

@@ -45,6 +45,7 @@ public:
 
     network_description read() {
         const std::vector<std::string> names = operator_names();
+        result_.where = file_.where;
         result_.input_name = "input";
         result_.input = {scales_[0], zero_points_[0]};
         channels_ = {0};  // of the input, until something reads it

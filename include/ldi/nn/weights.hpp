@@ -49,7 +49,7 @@ constexpr std::string_view scalar_name() {
 
 /// A tensor as messages name it.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
-    return (from.where.empty() ? "" : from.where + ", ") + "tensor " + printable(name);
+    return place_in(from.where, "tensor " + printable(name));
 }
 }  // namespace detail
 

@@ -17,4 +17,7 @@ inline std::string printable(std::string_view name) {
     return result + (name.size() > most ? "..." : "");
 }
 
+/// Something of a file, or of none, as messages name it.
+inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
+
 }  // namespace ldi::detail

@@ -1,6 +1,7 @@
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 #pragma once
 
+#include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
@@ -61,7 +62,7 @@ public:
 
     farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
         if (!multiplies_bfloat16(target_))
-            raise(error_code::unsupported, where,
+            raise(error_code::unsupported, where(),
                   "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
                   "bfloat16 with " + std::string(to_string(target_)));
         return pack_all<conv_bf16_weights>([&](const layer& l, const values& weights, const values& bias) {
@@ -75,7 +76,7 @@ public:
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
             if (l.inputs() * k * k > most_conv_u8_inputs)
-                raise(error_code::unsupported, where, "int8 convolutions of up to 131072 inputs",
+                raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
                       l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,
                                          l.result.empty() ? quantization{} : range(l.result));
@@ -85,7 +86,7 @@ public:
     }
 
 private:
-    static constexpr const char* where = "arithmetic of the inpainting network";
+    std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
     static constexpr std::size_t input_channels = 4, output_channels = 3;
 
     using values = std::vector<float>;
@@ -150,20 +151,20 @@ private:
     const values& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
-            raise(error_code::invalid_data, "tensor " + name, "finite values", "others");
+            raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
         return found;
     }
 
     quantization range(const std::string& of) const {
         const std::string name = of + ".range";
         if (!file_.tensors.contains(name))
-            raise(error_code::mismatch, where,
+            raise(error_code::mismatch, where(),
                   "for int8 weights with the ranges of values, as examples/training/farbrausch/export.py writes them",
                   "no tensor " + name);
         const values& ends = finite(name, {2});
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, "tensor " + name, "a range round 0",
+            raise(error_code::invalid_data, tensor_place(file_, name), "a range round 0",
                   std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
         return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
     }

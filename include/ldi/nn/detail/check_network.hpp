@@ -2,6 +2,7 @@
 // used, and an error names the tensor.
 #pragma once
 
+#include <ldi/core/detail/printable.hpp>
 #include <ldi/core/error.hpp>
 #include <ldi/nn/network_description.hpp>
 
@@ -53,69 +54,70 @@ inline void check_accumulators(const std::string& name, const convolution_descri
     }
 }
 
-inline std::size_t check_operator(const operator_description& op, const convolution_description& c,
+inline std::size_t check_operator(const std::string& place, quantization output, const convolution_description& c,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& input = checked_input(op.name, tensors, c.input);
+    const checked_tensor& input = checked_input(place, tensors, c.input);
     const std::size_t outputs = c.bias.size();
     if (outputs == 0 || outputs > most_channels)
-        raise(error_code::unsupported, op.name, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
+        raise(error_code::unsupported, place, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
     if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
-        raise(error_code::unsupported, op.name, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
+        raise(error_code::unsupported, place, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
               std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
     if (c.stride == 0 || c.stride > most_stride)
-        raise(error_code::unsupported, op.name, "a stride of 1 or 2", std::to_string(c.stride));
+        raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
     if (c.depthwise && outputs != input.channels)
-        raise(error_code::mismatch, op.name, std::to_string(input.channels) + " channels, as the input has",
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
               std::to_string(outputs));
     const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
     if (c.weights.size() != weights)
-        raise(error_code::mismatch, op.name, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
-    check_scale(op.name + " weights", c.weight_quantization.scale);
-    const float scale = requantization_scale(input.values, c.weight_quantization, op.output);
+        raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
+    check_scale(place + " weights", c.weight_quantization.scale);
+    const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
-        raise(error_code::unsupported, op.name, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
-    check_accumulators(op.name, c);
+        raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
+    check_accumulators(place, c);
     return outputs;
 }
 
-inline std::size_t check_operator(const operator_description& op, const addition_description& s,
+inline std::size_t check_operator(const std::string& place, quantization output, const addition_description& s,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& a = checked_input(op.name, tensors, s.inputs[0]);
-    const checked_tensor& b = checked_input(op.name, tensors, s.inputs[1]);
+    const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
+    const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
     if (a.channels != b.channels)
-        raise(error_code::mismatch, op.name, "two tensors with equally many channels",
+        raise(error_code::mismatch, place, "two tensors with equally many channels",
               std::to_string(a.channels) + " and " + std::to_string(b.channels));
-    const float a_ratio = a.values.scale / op.output.scale, b_ratio = b.values.scale / op.output.scale;
+    const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
     if (!are_addition_ratios(a_ratio, b_ratio))
-        raise(error_code::unsupported, op.name, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
+        raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
               std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
     return a.channels;
 }
 
-inline std::size_t check_operator(const operator_description& op, const nearest_resize_description& r,
+inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
                                   const std::vector<checked_tensor>& tensors) {
-    const checked_tensor& input = checked_input(op.name, tensors, r.input);
+    const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > most_resize_factor)
-        raise(error_code::unsupported, op.name, "a factor of 1 to " + std::to_string(most_resize_factor),
-              std::to_string(r.factor));
-    if (op.output != input.values) raise(error_code::mismatch, op.name, "the input's scale and zero point", "others");
+        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
     return input.channels;
 }
 
 inline void check_network(const network_description& network) {
+    const std::string input = place_in(network.where, network.input_name);
     if (network.input_channels == 0 || network.input_channels > most_channels)
-        raise(error_code::unsupported, network.input_name, "1 to " + std::to_string(most_channels) + " channels",
+        raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
               std::to_string(network.input_channels));
-    check_scale(network.input_name, network.input.scale);
+    check_scale(input, network.input.scale);
     std::vector<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
-        check_scale(op.name, op.output.scale);
-        const std::size_t channels = std::visit([&](const auto& kind) { return check_operator(op, kind, tensors); }, op.kind);
+        const std::string place = place_in(network.where, op.name);
+        check_scale(place, op.output.scale);
+        const std::size_t channels =
+            std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
         tensors.push_back({op.output, channels});
     }
     if (network.output >= tensors.size())
-        raise(error_code::invalid_data, network.input_name, "a result that an operator makes",
-              "tensor " + std::to_string(network.output));
+        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
 }
 
 }  // namespace ldi::detail
