@@ -39,6 +39,7 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.normalize.clipped_share = 0;
     options.normalize.largest_depth_ratio = 1e6F;
     options.expand.iterations = iterations;
+    options.grain.strength = 0;  // fills are compared, and grain would cost each of them the same
     return options;
 }
 

@@ -92,7 +92,7 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
         ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
         ->capture_default_str();
     app.add_option("--grain", a.grain,
-                   "noise over what is inpainted, relative to the strength of what is fine around: 0 for none, 1 for as strong")
+                   "noise over what is inpainted, relative to the strength of what is fine around; 0 for none")
         ->check(CLI::Range(0.0, 4.0))
         ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
@@ -189,7 +189,8 @@ void run(const arguments& a) {
 
     const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    const nlohmann::ordered_json report = ldi::examples::make_report(result, clock, depth, inpainting, glb.size(), jpeg.size());
+    const nlohmann::ordered_json report =
+        ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());
     if (!a.report.empty()) {
         const std::string text = report.dump(2) + "\n";
         ldi::write_file(a.report, std::as_bytes(std::span(text)));

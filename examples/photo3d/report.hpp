@@ -85,8 +85,10 @@ inline std::size_t layer_count(const graph& g) {
 /// Figures of the result; file sizes in bytes.
 ///
 /// depth, inpainting  what they come from: paths of files, or the name of a method
+/// grain              strength of the grain over what was inpainted
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, std::size_t glb_bytes, std::size_t jpeg_bytes) {
+                                          const std::string& inpainting, float grain, std::size_t glb_bytes,
+                                          std::size_t jpeg_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -100,6 +102,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
     report["inpainting"] = inpainting;
+    report["grain"] = grain;
     report["layers"] = layer_count(result.layers.topology);
     report["curves"] = result.curves.size();
     report["charts"] = result.charts.charts.size();

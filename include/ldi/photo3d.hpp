@@ -1,5 +1,6 @@
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and nothing else. Each
-// stage is a function of its own in the headers below; use those where you want only a part, or your own part in between.
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
+// (layers/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
+// you want only a part, or your own part in between.
 #pragma once
 
 #include <ldi/core/camera.hpp>
@@ -96,10 +97,12 @@ struct photo3d {
     textured_mesh mesh;
 };
 
-/// photo    H x W x 3, at least one pixel
-/// watcher  is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
-///          "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0
-///          and ends with 1
+/// photo      H x W x 3, at least one pixel
+/// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
+/// watcher    is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected
+/// components",
+///            "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
+///            0 and ends with 1
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>

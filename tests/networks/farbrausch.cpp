@@ -351,8 +351,10 @@ TEST_CASE("an arithmetic that the instruction set does not have is an error, and
 
 TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     named_tensors weights = hashed_weights(small);
+    weights.where = "some file";
     const auto construct = [&] { farbrausch(weights, small, arithmetic::int8); };
-    CHECK_THROWS_WITH(construct(), Catch::Contains("no tensor input.range") && Catch::Contains("export.py"));
+    CHECK_THROWS_WITH(construct(),
+                      Catch::Contains("some file, ") && Catch::Contains("no tensor input.range") && Catch::Contains("export.py"));
     weights = ranged(weights);
     CHECK_NOTHROW(construct());
     CHECK_NOTHROW(farbrausch(weights, small));

@@ -114,6 +114,8 @@ def main():
         run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])
         run("a folder that can't be written", [small, *depth, "--report", os.path.join(folder, "no/such/folder.json")], ["no/such", "expected"])
         run("a senseless size", [small, *depth, "--size", "0"], ["--size"])
+        run("no grain", [small, *depth, "--grain", "0"])
+        run("senseless grain", [small, *depth, "--grain", "-1"], ["--grain"])
         run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
         run("inpainting by a network", [small, *depth, "--inpainting-model", weights])

@@ -86,12 +86,15 @@ def library(program, path):
     process = subprocess.Popen([program, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     def fill(image, labels):
-        process.stdin.write(np.array(labels.shape, "<i4").tobytes() + image.tobytes() + np.ascontiguousarray(labels).tobytes())
-        process.stdin.flush()
-        data = process.stdout.read(image.size)
-        if len(data) != image.size:
+        try:
+            process.stdin.write(np.array(labels.shape, "<i4").tobytes() + image.tobytes() + labels.tobytes())
+            process.stdin.flush()
+        except BrokenPipeError:
             raise SystemExit(f"{program} ended")
-        return np.frombuffer(data, np.uint8).reshape(image.shape)
+        filled = process.stdout.read(image.size)
+        if len(filled) != image.size:
+            raise SystemExit(f"{program} ended")
+        return np.frombuffer(filled, np.uint8).reshape(image.shape)
     return fill
 
 
@@ -159,6 +162,8 @@ def main():
     p.add_argument("--count", type=int, default=200)
     p.add_argument("--sheets", help="folder for contact sheets of the 24 best and the 24 worst fills")
     a = p.parse_args()
+    if a.inpaint and not (a.weights or "").endswith(".safetensors"):
+        p.error("--inpaint needs exported --weights")
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
     methods = {"median colour": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),

@@ -28,48 +28,21 @@ from muon import Muon
 
 WARM_UP = 300  # steps
 MASKS = 4000
+ABSOLUTE_WEIGHT, DECIBEL_WEIGHT, GRADIENT_WEIGHT = 2.0, 0.6, 0.7  # of the terms of the loss
 GRADIENT_SCALES = 4
-TEXTURE_SCALES = 3
-TEXTURE_WINDOW = 8  # pixels a side, at each scale
 VALIDATION_CROPS = 64
 CALIBRATION_BATCHES = 20
 
 
-def differences(x):
-    """Of neighbours to the right, below and along both diagonals: B x 4C x (H - 1) x (W - 1)."""
-    here, right, below, across = x[..., :-1, :-1], x[..., :-1, 1:], x[..., 1:, :-1], x[..., 1:, 1:]
-    return torch.cat([right - here, below - here, across - here, right - below], 1)
-
-
-def texture_loss(y, image, hole):
-    """How far the strength of what is fine, in four directions and at several scales, is from the truth's: its mean magnitude in windows
-    inside the holes, as the logarithm of their ratio. It doesn't ask for the truth's own pattern, only for as much of one."""
-    total = 0.0
-    for scale in range(TEXTURE_SCALES):
-        if scale > 0:
-            y, image, hole = F.avg_pool2d(y, 2), F.avg_pool2d(image, 2), (F.avg_pool2d(hole, 2) > 0.99).float()
-        with torch.no_grad():
-            inside = hole[..., :-1, :-1] * hole[..., :-1, 1:] * hole[..., 1:, :-1] * hole[..., 1:, 1:]
-            share = F.avg_pool2d(inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
-            true = F.avg_pool2d(differences(image).abs() * inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
-        ours = F.avg_pool2d(differences(y).abs() * inside, TEXTURE_WINDOW, TEXTURE_WINDOW // 2)
-        faint = 0.01 * share + 1e-6  # differences of 2 in 255 are noise
-        ratio = torch.log((ours + faint) / (true + faint)).abs()
-        total = total + (ratio * share).sum() / (ratio.shape[1] * share.sum()).clamp(min=1)
-    return total / TEXTURE_SCALES
-
-
-def losses(y, image, known, exists, texture=0.0):
+def losses(y, image, known, exists):
     """The terms of the loss, each a scalar. Only holes count (what the network says of a known pixel is never used), and through
     the gradients their rims, where the known side makes no error."""
     hole = exists * (1 - known)
     area = hole.sum((1, 2, 3)).clamp(min=1)
     error, terms = (y - image) * hole, {}
-    if texture > 0:
-        terms["texture"] = texture * texture_loss(y, image, hole)
-    terms["hole"] = 6 * error.abs().sum() / (3 * area.sum())
+    terms["hole"] = ABSOLUTE_WEIGHT * error.abs().sum() / (3 * area.sum())
     # the logarithm gives an easy hole (a sky) as much to win as a hard one; PSNR is this, averaged
-    terms["decibel"] = 0.2 * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
+    terms["decibel"] = DECIBEL_WEIGHT * torch.log((error ** 2).sum((1, 2, 3)) / (3 * area) + 1e-4).mean()
     gradient, weight = 0.0, exists
     for scale in range(GRADIENT_SCALES):
         if scale > 0:
@@ -80,7 +53,7 @@ def losses(y, image, known, exists, texture=0.0):
             step = level.narrow(dim, 1, n) - level.narrow(dim, 0, n)
             counts = ((hole.narrow(dim, 1, n) + hole.narrow(dim, 0, n) > 0) & (weight.narrow(dim, 1, n) * weight.narrow(dim, 0, n) > 0)).float()
             gradient = gradient + (step.abs() * counts).sum() / (3 * counts.sum()).clamp(min=1)
-    terms["gradient"] = gradient
+    terms["gradient"] = GRADIENT_WEIGHT * gradient
     return terms
 
 
@@ -151,6 +124,8 @@ class Run:
         self.net.load_state_dict(state["net"])
         self.average.load_state_dict(state["average"])
         self.optimiser.load_state_dict(state["optimiser"])
+        for group in self.optimiser.param_groups:  # a checkpoint has the options of its time
+            group.update(self.optimiser.defaults)
         self.step, self.seconds = state["step"], state["seconds"]
 
     @torch.no_grad()
@@ -160,13 +135,13 @@ class Run:
         for mean, value in zip(self.average.state_dict().values(), self.net.state_dict().values()):
             mean.lerp_(value, 1 - decay) if mean.dtype.is_floating_point else mean.copy_(value)
 
-    def learn(self, batch, rate, texture):
+    def learn(self, batch, rate):
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         image, known, exists = batch
         with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
             y = self.net(image, known, exists)
-        terms = losses(y.float(), image, known, exists, texture)
+        terms = losses(y.float(), image, known, exists)
         self.optimiser.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -187,7 +162,6 @@ def arguments():
     p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
     p.add_argument("--batch", type=int, default=16, help="crops a step")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
-    p.add_argument("--texture", type=float, default=0.0, help="weight of the texture loss, for a last stage; 0: without")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--float32", action="store_true", help="no bfloat16 in the convolutions (slower on processors that have it)")
     p.add_argument("--minutes", type=float, help="ask for finish after so many minutes; default: never")
@@ -249,7 +223,7 @@ def main():
         if done:
             break
         rate = a.rate * min(1.0, (run.step + 1) / WARM_UP) * 0.5 * (1 + math.cos(math.pi * fallen))
-        for name, value in (run.learn(photographs.batch(rng, bank, a.batch, a.crop), rate, a.texture) or {}).items():
+        for name, value in (run.learn(photographs.batch(rng, bank, a.batch, a.crop), rate) or {}).items():
             means[name] = value if name not in means else 0.99 * means[name] + 0.01 * value
     if fallen >= 1:
         run.save(path("final.pt"))

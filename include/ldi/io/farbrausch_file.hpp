@@ -23,7 +23,7 @@
 namespace ldi {
 
 /// Errors: those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
-farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "inpainting network",
+farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                              arithmetic kind = arithmetic::float32, isa target = best_isa());
 
 /// Errors: file_access, and those of decode_farbrausch().

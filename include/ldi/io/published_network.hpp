@@ -4,7 +4,6 @@
 #include <ldi/io/file.hpp>
 #include <ldi/networks/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
-#include <ldi/nn/network_description.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -17,14 +16,12 @@ namespace ldi {
 /// folder  holds tiefenrausch.pb and tiefenrausch_init.pb
 /// Errors: file_access, and those of read_caffe2() and tiefenrausch.
 inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
-    const std::vector<std::byte> network = read_file(folder / "tiefenrausch.pb"),
-                                 weights = read_file(folder / "tiefenrausch_init.pb");
+    const std::filesystem::path network_file = folder / "tiefenrausch.pb", weight_file = folder / "tiefenrausch_init.pb";
+    const std::vector<std::byte> network = read_file(network_file), weights = read_file(weight_file);
     const auto bytes = [](const std::vector<std::byte>& file) {
         return std::span<const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
     };
-    network_description description = read_caffe2(bytes(network), bytes(weights));
-    description.where = folder.string();
-    return tiefenrausch(description);
+    return tiefenrausch(read_caffe2(bytes(network), bytes(weights), network_file.string(), weight_file.string()));
 }
 
 }  // namespace ldi

@@ -20,7 +20,7 @@ namespace ldi {
 
 /// Errors: those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
 /// network.
-inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "depth network",
+inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
                                         isa target = best_isa()) {
     const named_tensors file = decode_safetensors(bytes, where);
     for (const auto& [key, expected] :

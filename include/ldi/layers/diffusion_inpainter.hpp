@@ -22,10 +22,10 @@ struct diffusion_inpainter {
     ///         gets the mean of the known colours next to unknown ones elsewhere.
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
-        watcher.report("colour inpainting", 0.3F);
         detail::diffuse_unknown(
             layers.topology, layers.column<known_column>(), rounds,
-            [&](std::int32_t pixel) { return layers.at<colour_column>(pixel).data(); },
+            [&](std::int32_t pixel, side) { return layers.at<colour_column>(pixel).data(); },
+            [&] { watcher.report("colour inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion::colour_type& colour) {
                 for (std::size_t c = 0; c < 3; ++c)
                     layers.at<colour_column>(pixel)[c] =

@@ -22,11 +22,14 @@ namespace ldi {
 
 /// network  the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
 /// weights  the bytes of NAME_init.pb
+/// network_file, weight_file  what messages call them
 ///
 /// Raises an error that names the operator or tensor if a file is damaged or holds something that ldi cannot run. The files are
 /// not trusted: memory stays within a small multiple of their size. What the description says still goes through the checks of
 /// quantized_network.
-inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights);
+inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
+                                       const std::string& network_file = "network file",
+                                       const std::string& weight_file = "weight file");
 
 namespace detail::caffe2 {
 
@@ -113,23 +116,26 @@ struct constant {
 
 class network_reader {
 public:
-    network_reader(const network_message& network, const network_message& weights) : network_(network) {
+    network_reader(const network_message& network, const network_message& weights, const std::string& network_file,
+                   const std::string& weight_file)
+        : network_(network), network_file_(network_file), weight_file_(weight_file) {
+        result_.where = network_file;
         for (const operator_message& op : weights.operators) read_constant(op);
     }
 
     network_description read() {
         if (network_.external_inputs.empty() || network_.external_outputs.size() != 1)
-            raise(error_code::invalid_data, "network file", "external inputs and 1 external output",
+            raise(error_code::invalid_data, network_file_, "external inputs and 1 external output",
                   std::to_string(network_.external_inputs.size()) + " and " + std::to_string(network_.external_outputs.size()));
         image_ = network_.external_inputs[0];
-        for (const operator_message& op : network_.operators) read_operator(checked_operator(op, "network file"), op.type);
-        if (!is_complete_) raise(error_code::invalid_data, "network file", "Int8Dequantize at the end", "no such operator");
+        for (const operator_message& op : network_.operators) read_operator(checked_operator(op, network_file_), op.type);
+        if (!is_complete_) raise(error_code::invalid_data, network_file_, "Int8Dequantize at the end", "no such operator");
         return std::move(result_);
     }
 
 private:
     void read_constant(const operator_message& message) {
-        const checked_operator op(message, "weight file");
+        const checked_operator op(message, weight_file_);
         op.expect_inputs(0);
         constant c;
         c.shape = op.integers("shape");
@@ -283,6 +289,7 @@ private:
     }
 
     const network_message& network_;
+    const std::string &network_file_, &weight_file_;
     std::string_view image_;                           ///< the tensor that holds the photo
     std::map<std::string_view, std::size_t> tensors_;  ///< name to number
     std::map<std::string_view, constant> constants_;
@@ -292,10 +299,11 @@ private:
 
 }  // namespace detail::caffe2
 
-inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights) {
-    const detail::caffe2::network_message operators = detail::caffe2::read_network(network, "network file");
-    const detail::caffe2::network_message constants = detail::caffe2::read_network(weights, "weight file");
-    return detail::caffe2::network_reader(operators, constants).read();
+inline network_description read_caffe2(std::span<const std::uint8_t> network, std::span<const std::uint8_t> weights,
+                                       const std::string& network_file, const std::string& weight_file) {
+    const detail::caffe2::network_message operators = detail::caffe2::read_network(network, network_file);
+    const detail::caffe2::network_message constants = detail::caffe2::read_network(weights, weight_file);
+    return detail::caffe2::network_reader(operators, constants, network_file, weight_file).read();
 }
 
 }  // namespace ldi

@@ -10,15 +10,17 @@
 
 namespace ldi::detail {
 
-/// g       in canonical order
-/// known   one a pixel, 0 where it is not known
-/// value   value(pixel): three bytes of a known pixel
-/// store   store(pixel, diffusion::colour_type): is called for every pixel that is not known
-/// rounds  Gauss-Seidel rounds on each level of the multigrid
+/// g               in canonical order
+/// known           one a pixel, 0 where it is not known
+/// rounds          Gauss-Seidel rounds on each level of the multigrid
+/// value           value(pixel, side): three bytes of a known pixel that lies on this side of an unknown one
+/// before_solving  is called once all values have been asked for
+/// store           store(pixel, diffusion::colour_type): is called last, for every pixel that is not known
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
-template <class Value, class Store>
-void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int rounds, Value&& value, Store&& store) {
+template <class Value, class BeforeSolving, class Store>
+void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int rounds, Value&& value,
+                     BeforeSolving&& before_solving, Store&& store) {
     diffusion solver;
     solver.start();
     std::vector<std::int32_t> cell_of(g.size(), 0);
@@ -29,13 +31,14 @@ void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int
             const std::int32_t neighbour = g.neighbours(s)[i];
             if (neighbour == no_pixel) continue;
             if (known[static_cast<std::size_t>(neighbour)] != 0)
-                solver.add_known_neighbour(cell, value(neighbour));
+                solver.add_known_neighbour(cell, value(neighbour, s));
             else if (s == side::left)
                 solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbour)]);
             else if (s == side::up)
                 solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbour)]);
         }
     }
+    before_solving();
     solver.solve(rounds);
     for (std::size_t i = 0; i < g.size(); ++i)
         if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.colour(cell_of[i]));
