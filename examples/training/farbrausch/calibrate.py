@@ -2,8 +2,7 @@
 
 Every tensor between two layers gets 256 even steps from its least to its greatest value on the photographs, times a factor. Values
 beyond are clipped. Of decoders' values that costs far more than coarser steps do: with the ranges of least mean square error a telephone
-photo with strong contrasts comes out at 40 dB from float32, with 1.5 times the extremes at 48 and more, and others lose 2 of 55 dB (weights of 7,822 steps; all lose some
-decibels as training goes on).
+photo with strong contrasts comes out at 40 dB from float32, with 1.5 times the extremes at 48 and more, and others lose 2 of 55 dB (weights of 7,822 steps).
 Encoders' values have long thin tails, and finer steps are worth more: 0.75 is 1 to 4 dB better than 1.5.
 
 What counts is what the library computes. Decoders are taught inside holes only; far from them their values mean nothing, are large, and
