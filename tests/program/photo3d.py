@@ -163,7 +163,9 @@ def main():
 
         # Moving pictures.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")
-        video = [small, *depth, "--fps", "4", "--seconds", "1", "--video"]
+        # a photo of which every frame differs: checks, five pixels wide
+        checks = file(folder, "checks.png", png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3))))
+        video = [checks, *depth, "--fps", "4", "--seconds", "1", "--video"]
         run("frames of a circle, for two eyes", [*video, frames, "--path", "circle", "--stereo", "side-by-side", "--depth-map", depth_map])
         run("its depth map, read again", [small, "--depth", depth_map, "--depth-zero-is-unknown"])
         run("a video without ffmpeg", [*video, os.path.join(folder, "a.mp4")], ["a.mp4", "ffmpeg", "PNG"], {"PATH": folder})
