@@ -48,22 +48,6 @@ struct inpainting_result {
     inpainted network, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
 };
 
-/// Only the pixels that `keep` says.
-inline ldi::photo_layers subset(ldi::photo_layers layers, const std::vector<std::uint8_t>& keep) {
-    std::vector<std::int32_t> order;
-    for (const bool kept : {true, false})
-        for (std::size_t i = 0; i < keep.size(); ++i)
-            if ((keep[i] != 0) == kept) order.push_back(static_cast<std::int32_t>(i));
-    for (std::size_t i = 0; i < keep.size(); ++i)
-        for (const ldi::side s : ldi::all_sides)
-            if (keep[i] == 0) layers.topology.unlink(static_cast<std::int32_t>(i), s);
-    layers.reorder(order);
-    const std::size_t count = static_cast<std::size_t>(std::count_if(keep.begin(), keep.end(), [](auto k) { return k != 0; }));
-    layers.topology.resize(count);
-    layers.resize_columns(count);
-    return layers;
-}
-
 /// The same network or diffusion on a picture, all of whose pixels are linked.
 template <class Inpainter, ldi::executor Executor>
 picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Executor& threads) {
@@ -133,7 +117,9 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         hidden.column<ldi::known_column>()[i] = is_first[i];
         for (std::size_t c = 0; c < 3 && layer[i] > 0; ++c) hidden.column<ldi::colour_column>()[3 * i + c] = 0;
     }
-    const ldi::rendering first = reproject(subset(peeled.layers, is_first));
+    ldi::photo_layers in_front = peeled.layers;
+    in_front.keep(is_first);
+    const ldi::rendering first = reproject(in_front);
     const ldi::rendering truth = reproject(peeled.layers);
     // Where resampling leaves a gap in the truth itself there is nothing to compare.
     mask everywhere = truth.coverage, holes = truth.coverage;

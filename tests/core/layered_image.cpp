@@ -97,3 +97,28 @@ TEST_CASE("the user's payload travels with its pixel when the order changes") {
         }
     });
 }
+
+TEST_CASE("of the pixels that are kept the links and rows stay, in their order, and nothing else does") {
+    testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
+        users_layers before(random_layers.topology);
+        before.column<disparity_column>() = random_layers.disparity;
+        std::vector<std::uint8_t> kept(before.size());
+        std::vector<std::int32_t> now(before.size(), no_pixel);
+        std::int32_t count = 0;
+        for (std::size_t i = 0; i < kept.size(); ++i)
+            if ((kept[i] = testing::chance(random, 60) ? 7 : 0) != 0) now[i] = count++;
+        users_layers layers = before;
+        layers.keep(kept);
+        REQUIRE(layers.size() == static_cast<std::size_t>(count));
+        REQUIRE(layers.column<name_column>().size() == layers.size());
+        for (std::size_t i = 0; i < kept.size(); ++i) {
+            if (kept[i] == 0) continue;
+            REQUIRE(layers.at<disparity_column>(now[i])[0] == before.at<disparity_column>(static_cast<std::int32_t>(i))[0]);
+            for (const side s : all_sides) {
+                const std::int32_t neighbour = before.topology.neighbours(s)[i];
+                const std::int32_t expected = neighbour == no_pixel ? no_pixel : now[static_cast<std::size_t>(neighbour)];
+                REQUIRE(layers.topology.neighbour(now[i], s) == expected);
+            }
+        }
+    });
+}

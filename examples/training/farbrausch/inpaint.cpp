@@ -27,20 +27,12 @@ ldi::photo_layers existing(const std::vector<std::uint8_t>& colour, const std::v
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
     layers.column<ldi::colour_column>() = colour;
-    std::vector<std::int32_t> order;  // what exists first; the rest is cut off
-    for (const bool exists : {true, false})
-        for (std::size_t i = 0; i < labels.size(); ++i)
-            if ((labels[i] != label_absent) == exists) order.push_back(static_cast<std::int32_t>(i));
-    std::size_t count = labels.size();
+    std::vector<std::uint8_t> exists(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
         layers.column<ldi::known_column>()[i] = labels[i] == label_known ? 1 : 0;
-        if (labels[i] != label_absent) continue;
-        --count;
-        for (const ldi::side s : ldi::all_sides) layers.topology.unlink(static_cast<std::int32_t>(i), s);
+        exists[i] = labels[i] != label_absent ? 1 : 0;
     }
-    layers.reorder(order);
-    layers.topology.resize(count);
-    layers.resize_columns(count);
+    layers.keep(exists);
     return layers;
 }
 

@@ -2,6 +2,7 @@
 // by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
 #pragma once
 
+#include <ldi/config.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 
@@ -84,6 +85,25 @@ public:
     void reorder(std::span<const std::int32_t> order) {
         topology = reordered(topology, order);
         ((column<Columns>() = reordered(column<Columns>(), order, Columns::channels)), ...);
+    }
+
+    /// Cuts off the pixels whose place in `kept` is 0, with their links and rows; the others stay in their order.
+    ///
+    /// kept  one a pixel
+    void keep(std::span<const std::uint8_t> kept) {
+        LDI_ASSERT(kept.size() == size());
+        std::vector<std::int32_t> order;
+        std::size_t count = 0;
+        for (const bool stays : {true, false}) {
+            for (std::size_t i = 0; i < kept.size(); ++i)
+                if ((kept[i] != 0) == stays) order.push_back(static_cast<std::int32_t>(i));
+            if (stays) count = order.size();
+        }
+        for (std::size_t n = count; n < order.size(); ++n)
+            for (const side s : all_sides) topology.unlink(order[n], s);
+        reorder(order);
+        topology.resize(count);
+        resize_columns(count);
     }
 
 private:
