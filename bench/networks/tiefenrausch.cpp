@@ -35,7 +35,7 @@ void network(benchmark::State& state) {
     const ldi::tiefenrausch estimator(ldi::read_caffe2(operators, weights));
     ldi::thread_pool threads(static_cast<std::size_t>(state.range(0)));
     const ldi::image<std::uint8_t> rgb = ldi::tiefenrausch::resize_for_network(photo(), threads);
-    for (auto _ : state) benchmark::DoNotOptimize(estimator.log_disparity(rgb, threads));
+    for (auto _ : state) benchmark::DoNotOptimize(estimator.levels(rgb, threads));
     state.SetLabel(std::string(to_string(estimator.target())));
     state.counters["MAC/s"] = benchmark::Counter(6.831e9, benchmark::Counter::kIsIterationInvariantRate);
 }

@@ -40,7 +40,7 @@ std::vector<double> measure(const ldi::tiefenrausch& network, const ldi::image<s
             ++step;
             start = steady_clock::now();
         };
-        network.log_disparity(rgb, serial, after_step, memory);
+        network.levels(rgb, serial, after_step, memory);
     }
     return fewest;
 }

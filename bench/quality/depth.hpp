@@ -2,6 +2,7 @@
 #pragma once
 
 #include "depth_metrics.hpp"
+#include "estimated_views.hpp"
 #include "metrics.hpp"
 
 #include <ldi/core/executor.hpp>
@@ -71,31 +72,39 @@ double mean_of(const std::vector<depth_quality>& all, Measure measure) {
 }
 
 inline void print_row(const std::string& name, const std::vector<depth_quality>& measured) {
-    const auto of = [&](double depth_quality::*measure) { return mean_of(measured, measure); };
-    std::printf("| %s | %.3f | %.3f | %.3f | %.3f | %.3f | %.4f |\n", name.c_str(), of(&depth_quality::delta),
-                of(&depth_quality::abs_rel), of(&depth_quality::rmse), of(&depth_quality::edges), of(&depth_quality::silhouettes),
-                of(&depth_quality::disparity));
+    std::printf("| %s |", name.c_str());
+    for (double depth_quality::*const measure :
+         {&depth_quality::delta, &depth_quality::abs_rel, &depth_quality::rmse, &depth_quality::edges, &depth_quality::boundaries,
+          &depth_quality::silhouettes, &depth_quality::order})
+        std::printf(" %.3f |", mean_of(measured, measure));
+    std::printf("\n");
+}
+
+/// The published network and ours, those that are there.
+inline std::vector<named_network> depth_networks() {
+    std::vector<named_network> result;
+    for (const auto& [name, path] : {std::pair<const char*, std::filesystem::path>{
+                                         "Tiefenrausch, published", std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model"},
+                                     {"tiefenrausch_small", LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"}}) {
+        if (std::filesystem::exists(path))
+            result.emplace_back(name, ldi::load_depth_network(path));
+        else
+            std::printf("\nskipped: there is no %s\n", path.c_str());
+    }
+    return result;
 }
 
 /// each  also prints a line for every pair
 template <ldi::executor Executor>
-void print_depth(bool each, Executor& threads) {
+void print_depth(const std::vector<named_network>& networks, bool each, Executor& threads) {
     const std::vector<rgbd_pair> pairs = rgbd_pairs();
     if (pairs.empty()) return;
     std::printf(
         "\n### Depth, %zu photographs with measured depth\n\n"
-        "| network | delta < 1.25 | AbsRel | RMSE | edges, F1 | silhouettes mismatched | disparity in blocks |\n"
-        "|---|---|---|---|---|---|---|\n",
+        "| network | delta < 1.25 | AbsRel | RMSE | edges, F1 | boundaries, F1 | silhouettes met | wrong order |\n"
+        "|---|---|---|---|---|---|---|---|\n",
         pairs.size());
-    const std::pair<const char*, std::filesystem::path> networks[] = {
-        {"Tiefenrausch, published", std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model"},
-        {"tiefenrausch_small", LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"}};
-    for (const auto& [name, path] : networks) {
-        if (!std::filesystem::exists(path)) {
-            std::printf("| %s | skipped: there is no %s | | | | | |\n", name, path.c_str());
-            continue;
-        }
-        const ldi::tiefenrausch network = ldi::load_depth_network(path);
+    for (const auto& [name, network] : networks) {
         std::vector<depth_quality> measured;
         for (const rgbd_pair& p : pairs) {
             measured.push_back(
@@ -104,8 +113,6 @@ void print_depth(bool each, Executor& threads) {
         }
         print_row(name, measured);
     }
-    std::printf("| the paper, on 679 dual-camera photos of its own | | | | | 0.126 | 0.0129 |\n");
-    std::printf("| MegaDepth there | | | | | 0.227 | 0.0328 |\n");
     std::fflush(stdout);
 }
 

@@ -1,8 +1,5 @@
-// How well a disparity map agrees with measured depth, up to scale and shift of disparity. The first four measures are those of
-// examples/training/tiefenrausch_small/metrics.py. The last two are the paper's ("Silhouette" and "Disparity" in its table beside
-// MegaDepth), in which it leaves open: the resolution, here the network's long side of 384; the units, here disparity in [0, 1],
-// for blocks by the truth's range, to which the estimate is aligned; whose silhouettes count, here both maps'; and what to do
-// where the truth is unknown, here nothing is counted there.
+// How well a disparity map agrees with measured depth, up to scale and shift of disparity. All but the silhouettes are the
+// measures of examples/training/tiefenrausch_small/metrics.py.
 #pragma once
 
 #include "metrics.hpp"
@@ -21,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -37,8 +35,9 @@ struct depth_quality {
     double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
     double rmse = unmeasured;         ///< of distance, in median distances
     double edges = unmeasured;        ///< F1 of the edges, 4 pixels of slack
-    double silhouettes = unmeasured;  ///< the paper's: share of silhouette pixels without one of the other map within 5 pixels
-    double disparity = unmeasured;    ///< the paper's: mean difference of disparity in blocks of 48 x 48 pixels, less their means
+    double boundaries = unmeasured;   ///< F1 of the steps between neighbouring pixels, none of slack
+    double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels that have one of the estimate within 3 pixels
+    double order = unmeasured;        ///< share of pairs of pixels of which the farther one is taken for the nearer
 };
 
 /// Half-way between the two middle values where their number is even.
@@ -163,6 +162,57 @@ inline double edge_agreement(const map& ours, const map& truth, const pixel_set&
     return 2 * precision * recall / std::max(precision + recall, 1e-9);
 }
 
+/// F1 of the places where a pixel is nearer than its neighbour, on that side, by more than a ratio: the mean over ratios
+/// from 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
+inline double boundary_agreement(const map& ours, const map& truth, const pixel_set& known) {
+    constexpr int ratios = 10;
+    const std::size_t rows = ldi::height(known), columns = ldi::width(known);
+    struct counts {
+        double ours = 0, true_ones = 0, both = 0;
+    };
+    double sum = 0, weights = 0;
+    for (int i = 0; i < ratios; ++i) {
+        const double ratio = 1.05 + 0.2 * i / (ratios - 1);
+        double precision = 0, recall = 0;
+        for (const auto& [down, right] : {std::pair<std::size_t, std::size_t>{0, 1}, {1, 0}})
+            for (const bool forwards : {true, false}) {
+                counts c;
+                for (std::size_t y = 0; y + down < rows; ++y)
+                    for (std::size_t x = 0; x + right < columns; ++x) {
+                        if (known(y, x, 0) == 0 || known(y + down, x + right, 0) == 0) continue;
+                        const auto is_step = [&](const map& m) {
+                            const double here = m(y, x, 0), there = m(y + down, x + right, 0);
+                            return forwards ? here > ratio * there : there > ratio * here;
+                        };
+                        const bool a = is_step(ours), b = is_step(truth);
+                        c.ours += a ? 1 : 0, c.true_ones += b ? 1 : 0, c.both += a && b ? 1 : 0;
+                    }
+                precision += c.both / std::max(c.ours, 1.0) / 4, recall += c.both / std::max(c.true_ones, 1.0) / 4;
+            }
+        if (precision + recall > 0) sum += ratio * 2 * precision * recall / (precision + recall);
+        weights += ratio;
+    }
+    return sum / weights;
+}
+
+/// Of 20,000 random pairs of pixels, those that the truth has at distances that differ by a fifth or more: the share that the
+/// estimate has the other way round (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, asked of measured depth).
+inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
+    std::vector<std::size_t> pixels;
+    for (std::size_t i = 0; i < known.size(); ++i)
+        if (known.data()[i] != 0) pixels.push_back(i);
+    std::minstd_rand random(1);
+    double pairs = 0, wrong = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const std::size_t a = pixels[random() % pixels.size()], b = pixels[random() % pixels.size()];
+        const double ratio = truth.data()[a] / truth.data()[b];
+        if (ratio < 1.2 && ratio > 1 / 1.2) continue;
+        pairs += 1;
+        wrong += (ratio > 1) == (ours.data()[a] > ours.data()[b]) ? 0 : 1;
+    }
+    return pairs < 100 ? unmeasured : wrong / pairs;
+}
+
 /// The near pixels of the discontinuities that a 3D photo of the network's long side, made from the map, would have.
 ///
 /// photo      H x W x 3
@@ -182,39 +232,14 @@ pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparit
     return result;
 }
 
-/// The share of silhouette pixels, of either map and where the truth is known, that have none of the other within 5 pixels;
-/// unmeasured where the truth has next to none.
+/// The share of the truth's silhouette pixels, where it is known, that have one of the estimate within 3 pixels; unmeasured where
+/// there are next to none.
 ///
 /// known_pixels  of any size
-inline double mismatched(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
-    constexpr std::size_t slack = 5;
-    const pixel_set known = sampled(known_pixels, ldi::height(truth), ldi::width(truth));
-    double pixels = 0, alone = 0;
-    for (const auto& [these, others] : {std::pair{&ours, &truth}, {&truth, &ours}}) {
-        const pixel_set beside = widened(*others, slack);
-        for (std::size_t i = 0; i < known.size(); ++i) {
-            if (known.data()[i] == 0 || these->data()[i] == 0) continue;
-            pixels += 1, alone += beside.data()[i] == 0 ? 1 : 0;
-        }
-    }
-    return count_both(truth, known) < 100 ? unmeasured : alone / pixels;
-}
-
-inline double block_difference(const map& ours, const map& truth, const pixel_set& known) {
-    constexpr std::size_t side = 48, stride = 16;
-    std::vector<double> blocks, differences;
-    for (std::size_t top = 0; top + side <= ldi::height(known); top += stride)
-        for (std::size_t start = 0; start + side <= ldi::width(known); start += stride) {
-            differences.clear();
-            for (std::size_t y = top; y < top + side; ++y)
-                for (std::size_t x = start; x < start + side; ++x)
-                    if (known(y, x, 0) != 0) differences.push_back(ours(y, x, 0) - truth(y, x, 0));
-            if (differences.size() < side * side / 2) continue;
-            const double average = mean(differences);  // the difference of both means
-            for (double& d : differences) d = std::abs(d - average);
-            blocks.push_back(mean(differences));
-        }
-    return blocks.empty() ? unmeasured : mean(blocks);
+inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
+    pixel_set counted = sampled(known_pixels, ldi::height(truth), ldi::width(truth));
+    for (std::size_t i = 0; i < counted.size(); ++i) counted.data()[i] = counted.data()[i] != 0 && truth.data()[i] != 0 ? 1 : 0;
+    return count(counted) < 100 ? unmeasured : count_both(counted, widened(ours, 3)) / count(counted);
 }
 
 /// photo      H x W x 3
@@ -259,20 +284,12 @@ depth_quality measure_depth(const picture& photo, const ldi::image<float>& dispa
     const map ours_here = at_network_size(ours), right_here = at_network_size(right);
     result.edges = edge_agreement(ours_here, right_here, known_here);
 
-    if (n < 0.5 * static_cast<double>(truth.size())) return result;  // too sparse for silhouettes and blocks
-    // [0, 1] is what lies between the values of the truth that the pipeline would clip.
-    std::sort(values.begin(), values.end());
-    const std::size_t clipped =
-        static_cast<std::size_t>(ldi::normalize_options().clipped_share * static_cast<float>(values.size()));
-    const double lowest = values[clipped], span = std::max(values[values.size() - 1 - clipped] - lowest, 1e-9);
-    const auto in_range_of_truth = [&](map from) {
-        for (double& value : from) value = std::clamp((value - lowest) / span, 0.0, 1.0);
-        return from;
-    };
-    result.disparity = block_difference(in_range_of_truth(ours_here), in_range_of_truth(right_here), known_here);
+    result.boundaries = boundary_agreement(ours_here, right_here, known_here);
+    result.order = wrong_order(ours_here, right_here, known_here);
 
-    result.silhouettes = mismatched(silhouettes_of(photo, disparity, step, threads),
-                                    silhouettes_of(photo, ldi::fill_invalid(truth), 1, threads), known);
+    if (n < 0.5 * static_cast<double>(truth.size())) return result;  // too sparse for silhouettes
+    result.silhouettes = silhouettes_met(silhouettes_of(photo, disparity, step, threads),
+                                         silhouettes_of(photo, ldi::fill_invalid(truth), 1, threads), known);
     return result;
 }
 

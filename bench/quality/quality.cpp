@@ -1,8 +1,10 @@
 // Prints how good 3D photos are, as Markdown, and ends with how far inpainting on layers is ahead of screen space and how much
 // stays uncovered. bench/quality/run.sh builds and runs it.
 #include "depth.hpp"
+#include "estimated_views.hpp"
 #include "inpainting.hpp"
 #include "novel_views.hpp"
+#include "photographs.hpp"
 #include "sizes.hpp"
 #include "subjects.hpp"
 
@@ -43,11 +45,19 @@ void run(const arguments& a) {
     std::printf("Farbrausch: %s, %s\n", a.inpainting_model.filename().string().c_str(), training_of(a.inpainting_model).c_str());
     if (a.sizes) print_sizes(network);
     ldi::thread_pool threads;
-    if (a.depth) print_depth(a.each_depth, threads);
+    std::filesystem::create_directories(a.pictures);
+    const std::vector<subject> pairs = stereo_pairs();
+    if (a.depth) {
+        const std::vector<named_network> networks = depth_networks();
+        print_depth(networks, a.each_depth, threads);
+        std::vector<estimated_view> views;
+        for (const subject& s : pairs) views.push_back(measure_estimated_view(s, networks, network, a.pictures, threads));
+        if (!views.empty()) print_estimated_views(networks, views);
+        print_photographs(networks, a.pictures, threads);
+    }
     if (!a.views) return;
 
-    std::filesystem::create_directories(a.pictures);
-    const std::vector<subject> pairs = stereo_pairs(), scenes = ray_cast_scenes(threads);
+    const std::vector<subject> scenes = ray_cast_scenes(threads);
     std::vector<novel_view> all_views;
     std::vector<inpainting_result> all_inpainting;
     for (const auto& [title, subjects] : {std::pair{"stereo pairs", &pairs}, {"ray-cast scenes", &scenes}}) {

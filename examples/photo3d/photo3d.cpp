@@ -205,6 +205,12 @@ void run(const arguments& a) {
     }
     if (!a.output.empty()) ldi::write_file(a.output, glb);
     if (!a.quiet) std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), stdout);
+    if (!a.quiet && report["hidden_pixels"] == 0)
+        std::fprintf(
+            stderr,
+            "\nphoto3d: %s became a single sheet: nowhere in its depth (%s) does one thing hide another, so that there is "
+            "nothing to see behind it. Another depth map or network may see more: --depth, --depth-model.\n",
+            a.photo.c_str(), depth.c_str());
 }
 
 }  // namespace

@@ -1,21 +1,43 @@
 #!/usr/bin/env bash
-# run.sh [PHOTO [OPTION...]]: makes a 3D photo from PHOTO, or from the sample beside this script: a page to open in a browser, and a
-# GLB. Installs what is missing, builds the program and the viewer, and prints the paths of the page and of the GLB on the last two
-# lines. Options go to the program (build/photo3d/examples/photo3d --help).
+# run.sh [PHOTO [OPTION...]]: makes a 3D photo from PHOTO: a page to open in a browser, and a GLB. Without PHOTO, from a photograph in
+# the public domain that a Debian package brings (a portrait of the astronaut Eileen Collins, NASA); `run.sh cat` and `run.sh cup` take
+# two others from there (CC0), `run.sh sample` the ray-cast picture beside this script, which needs no network. Installs what is
+# missing, builds the program and the viewer, and prints the paths of the page and of the GLB on the last two lines. Options go to the
+# program (build/photo3d/examples/photo3d --help).
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$top/scripts/requirements.sh"
 
-photo=${1:-$here/sample.jpg}
+# Prints the path of a photograph of Debian's python3-skimage, which is fetched and unpacked once, not installed.
+photograph() {
+    local file=$top/out/photographs/$1 package=$top/out/photographs/package
+    if [ ! -f "$file" ]; then
+        mkdir -p "$package"
+        (cd "$package" && apt-get download -q python3-skimage || { apt-get update -q && apt-get download -q python3-skimage; }) >&2 || return
+        dpkg-deb --fsys-tarfile "$package"/python3-skimage_*.deb |
+            tar -xO "./usr/lib/python3/dist-packages/skimage/data/$2" >"$file.part" && mv "$file.part" "$file"
+        rm -r "$package"
+    fi
+    printf '%s\n' "$file"
+}
+
+options=("${@:2}")
+case ${1:-portrait} in
+    portrait) photo=$(photograph portrait.png astronaut.png) || photo=sample ;;
+    cat) photo=$(photograph cat.png chelsea.png) ;;
+    cup) photo=$(photograph cup.png coffee.png) ;;
+    *) photo=$1 ;;
+esac
+if [ "$photo" = sample ]; then
+    [ "${1:-}" = sample ] || printf 'No photograph could be fetched: taking the ray-cast sample.\n' >&2
+    photo=$here/sample.jpg
+    options=(--depth "$here/sample_depth.png" --fov 56 "${options[@]}")
+fi
 if [ ! -f "$photo" ]; then
     printf 'There is no file %s\n' "$photo" >&2
     exit 1
-fi
-options=("${@:2}")
-if [ $# = 0 ]; then
-    options+=(--depth "$here/sample_depth.png" --fov 56)
 fi
 
 require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" >&2

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # How good the weights are, on photographs that none was trained on: fills of 200 fixed holes, and depth where it was measured. Prints
-# Markdown and ends with "farbrausch +D.DD dB, student -D.DDD delta". Installs what is missing; takes 6 minutes of one core.
+# Markdown and ends with "farbrausch +D.DD dB, student +D.DDD delta, edges D.DDD". Installs what is missing; takes 8 minutes of one core.
 #
 #   examples/training/evaluate.sh [FOLDER]      FOLDER: of the weights, examples/models without it
 #
@@ -60,8 +60,12 @@ printf '\n## Depth\n\n'
 if are_there "$shared/rgbd" "$shared/tiefenrausch/model" "$models/tiefenrausch_small.safetensors"; then
     compile tiefenrausch_small/estimate
     compile tiefenrausch_small/convert
+    subjects=()
+    if are_there "$shared/segmentation" "$shared/photos/train_research"; then
+        subjects=(--segmentation "$shared/segmentation" --subjects "$shared/photos/eval" --subjects "$shared/photos/train_research")
+    fi
     measure depth.md tiefenrausch_small/evaluate.py --pairs "$shared/rgbd" --estimate "$built/estimate" --convert "$built/convert" \
-        --published "$shared/tiefenrausch/model" --student "$models/tiefenrausch_small.safetensors" --sheet "$pictures/depth.png"
+        --published "$shared/tiefenrausch/model" --student "$models/tiefenrausch_small.safetensors" --sheet "$pictures/depth.png" "${subjects[@]}"
 fi
 
 printf '\n%s, %s\n' "$(difference inpainting.md farbrausch)" "$(difference depth.md student)"

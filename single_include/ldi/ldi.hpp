@@ -9427,10 +9427,17 @@ inline float exponential(float x) {
 }  // namespace ldi::detail
 
 // ---- ldi/networks/tiefenrausch.hpp
-// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published. Build it
-// from what networks/caffe2.hpp reads; the photo goes in at a long side of 384 and disparity comes out at that size.
+// Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
+// other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
+// networks/caffe2.hpp or nn/quantized_weights.hpp reads.
 
 namespace ldi {
+
+/// What a depth network's result stands for.
+enum class network_output {
+    log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
+    disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
+};
 
 /// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
 class tiefenrausch {
@@ -9440,7 +9447,9 @@ public:
 
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
-    explicit tiefenrausch(const network_description& description, isa target = best_isa()) : network_(description, target) {
+    explicit tiefenrausch(const network_description& description, isa target = best_isa(),
+                          network_output output = network_output::log_disparity)
+        : network_(description, target), output_(output) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, where, "3 channels in and 1 out",
@@ -9449,9 +9458,9 @@ public:
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
-        if (log_disparity_quantization().scale > most_scale)
-            raise(error_code::unsupported, where, "log disparity in steps of at most " + std::to_string(most_scale),
-                  "steps of " + std::to_string(log_disparity_quantization().scale));
+        if (level_quantization().scale > most_scale)
+            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + std::to_string(most_scale),
+                  "steps of " + std::to_string(level_quantization().scale));
     }
 
     /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
@@ -9478,10 +9487,10 @@ public:
 
     /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation log_disparity_quantization().
+    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
-    image<std::uint8_t> log_disparity(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
-                                      std::span<std::byte> memory = {}) const {
+    image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
+                               std::span<std::byte> memory = {}) const {
         check_input(rgb);
         return network_.run(quantized_colour(rgb), threads, progress, memory);
     }
@@ -9490,7 +9499,7 @@ public:
     ///
     /// observe  as in quantized_network::run_observed
     template <executor Executor, class Observe>
-    image<std::uint8_t> log_disparity_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
+    image<std::uint8_t> levels_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
         check_input(rgb);
         return network_.run_observed(quantized_colour(rgb), threads, observe);
     }
@@ -9502,7 +9511,7 @@ public:
 
     isa target() const { return network_.target(); }
 
-    /// Bytes that log_disparity() works in, beside its input and its result.
+    /// Bytes that levels() works in, beside its input and its result.
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
@@ -9511,15 +9520,14 @@ public:
     template <executor Executor>
     image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
         const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
-        return disparity_of(log_disparity(resize_for_network(photo, threads), threads, progress));
+        return disparity_of(levels(resize_for_network(photo, threads), threads, progress));
     }
 
-    /// What the values of log_disparity() stand for, same shape.
-    image<float> disparity_of(const image<std::uint8_t>& log_disparity) const {
+    /// What the values of levels() stand for, same shape.
+    image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
-        image<float> result = make_image<float>(height(log_disparity), width(log_disparity), channels(log_disparity));
-        std::transform(log_disparity.data(), log_disparity.data() + log_disparity.size(), result.data(),
-                       [&](std::uint8_t q) { return table[q]; });
+        image<float> result = make_image<float>(height(levels), width(levels), channels(levels));
+        std::transform(levels.data(), levels.data() + levels.size(), result.data(), [&](std::uint8_t q) { return table[q]; });
         return result;
     }
 
@@ -9537,10 +9545,15 @@ public:
         return result;
     }
 
-    quantization log_disparity_quantization() const { return network_.output_quantization(); }
+    quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge.
-    float quantization_step() const { return detail::exponential(log_disparity_quantization().scale); }
+    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
+    /// equal in disparity itself, their ratio is that in the middle of its range.
+    float quantization_step() const {
+        if (output_ == network_output::log_disparity) return detail::exponential(level_quantization().scale);
+        const std::array<float, 256> table = disparity_table();
+        return table[128] / table[127];
+    }
 
 private:
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
@@ -9551,18 +9564,20 @@ private:
                   std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
     }
 
-    /// What each 8-bit result of the network stands for: exp of its value.
+    /// What each 8-bit result of the network stands for. No disparity is 0 or less: that of a step's half stands for all of
+    /// these.
     std::array<float, 256> disparity_table() const {
-        const quantization q = log_disparity_quantization();
+        const quantization q = level_quantization();
         std::array<float, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const float logarithm = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
-            table[i] = detail::exponential(logarithm);
+            const float value = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
+            table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : std::max(value, q.scale / 2);
         }
         return table;
     }
 
     quantized_network network_;
+    network_output output_;
 };
 
 }  // namespace ldi

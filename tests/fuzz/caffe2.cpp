@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
         ldi::serial_executor threads;
-        network.log_disparity(ldi::make_image<std::uint8_t>(32, 32, 3, 100), threads);
+        network.levels(ldi::make_image<std::uint8_t>(32, 32, 3, 100), threads);
     } catch (const ldi::error&) {
     }
     return 0;

@@ -45,14 +45,14 @@ TEST_CASE("a student computes bit for bit what its exporter computed in exact in
     image<std::uint8_t> photo = make_image<std::uint8_t>(shape[0], shape[1], 3);
     const auto& pixels = tensor_values<std::uint8_t>(example, "photo", shape);
     std::copy(pixels.begin(), pixels.end(), photo.data());
-    const auto& expected = tensor_values<std::uint8_t>(example, "log_disparity", {shape[0], shape[1]});
+    const auto& expected = tensor_values<std::uint8_t>(example, "levels", {shape[0], shape[1]});
     CHECK(std::set<std::uint8_t>(expected.begin(), expected.end()).size() > 20);
 
     for (isa target : {isa::scalar, best_isa()}) {
         const tiefenrausch network =
             decode_tiefenrausch(read_file(files / "tiefenrausch_weights.safetensors"), "weights", target);
         serial_executor serial;
-        const image<std::uint8_t> found = network.log_disparity(photo, serial);
+        const image<std::uint8_t> found = network.levels(photo, serial);
         REQUIRE(found.size() == expected.size());
         CHECK(std::equal(expected.begin(), expected.end(), found.data()));
     }
@@ -60,8 +60,8 @@ TEST_CASE("a student computes bit for bit what its exporter computed in exact in
 
 TEST_CASE("operators are named as in training") {
     const network_description network = read_quantized_network(weights());
-    CHECK(network.operators.front().name == "level0");
-    CHECK(network.operators.back().name == "log_disparity");
+    CHECK(network.operators.front().name == "full");
+    CHECK(network.operators.back().name == "disparity");
     CHECK(network.input_channels == 3);
     CHECK(network.output == network.operators.size());
 
@@ -76,6 +76,15 @@ TEST_CASE("a file of another network is refused by its metadata") {
     const std::filesystem::path inpainting = files / "../../networks/files/farbrausch_weights.safetensors";
     CHECK_THAT(message_of([&] { load_depth_network(inpainting); }),
                Contains(inpainting.string()) && Contains("a depth network") && Contains("found farbrausch"));
+}
+
+TEST_CASE("a file that does not say what its result stands for is refused") {
+    std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t at = text.find("\"output\":\"disparity\"");
+    REQUIRE(at != std::string::npos);
+    bytes[at + 10] = std::byte{'x'};  // "output":"xisparity"
+    CHECK_THAT(message_of([&] { decode_tiefenrausch(bytes); }), Contains("log disparity") && Contains("xisparity"));
 }
 
 TEST_CASE("a depth network cut off anywhere is refused, and the message names the file") {
@@ -99,7 +108,7 @@ TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
 }
 
 TEST_CASE("a depth network is a file, or a folder with the published network") {
-    CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").log_disparity_quantization().scale > 0);
+    CHECK(load_depth_network(files / "tiefenrausch_weights.safetensors").level_quantization().scale > 0);
     CHECK_THAT(message_of([] { load_depth_network(files); }), Contains("tiefenrausch.pb"));
     CHECK_THAT(message_of([] { load_depth_network(files / "none.safetensors"); }), Contains("none.safetensors"));
 }
@@ -118,7 +127,7 @@ TEST_CASE("what does not fit in a file of operators is named") {
     CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[3] = 5; }), Contains("4 x 5 x 5 x 3"));
     CHECK_THAT(complaint([](named_tensors& f) { values<std::int32_t>(f, "operators")[4] = 3; }), Contains("stride"));
     CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "weight_scales")[0] = 1e9F; }),
-               Contains("tiefenrausch_weights.safetensors, level0"));
+               Contains("tiefenrausch_weights.safetensors, full"));
     CHECK_THAT(complaint([](named_tensors& f) { values<float>(f, "scales")[0] = 0; }),
                Contains("tiefenrausch_weights.safetensors, input"));
 }

@@ -27,7 +27,7 @@ std::string error_of(const caffe2_files& files) {
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
         ldi::serial_executor serial;
-        network.log_disparity(ldi::make_image<std::uint8_t>(32, 32, 3, 100), serial);
+        network.levels(ldi::make_image<std::uint8_t>(32, 32, 3, 100), serial);
     } catch (const ldi::error& e) {
         CHECK_FALSE(e.details().where.empty());
         CHECK_FALSE(e.details().expected.empty());

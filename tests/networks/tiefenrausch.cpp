@@ -75,7 +75,7 @@ TEST_CASE("columns: from the photo's pixels to the last layer, and its exp, all 
     const image<std::uint8_t> photo = read_image<std::uint8_t>(folder + "golden/columns_1024x768_rgb.npy");
     const image<std::uint8_t> resized = ldi::tiefenrausch::resize_for_network(photo, threads);
     CHECK(differences(resized, read_image<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy")) == 0);
-    const image<std::uint8_t> logarithm = network->log_disparity(resized, threads);
+    const image<std::uint8_t> logarithm = network->levels(resized, threads);
     CHECK(logarithm.size() == 110592);
     CHECK(differences(logarithm, read_image<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy")) == 0);
     CHECK(differences(network->disparity_of(logarithm), read_image<float>(folder + "output/columns.npy")) == 0);
@@ -88,7 +88,7 @@ TEST_CASE("pumpkin: from the photo's pixels to the last layer, all pixels equal 
     const image<std::uint8_t> photo = read_image<std::uint8_t>(folder + "golden/pumpkin_1024x768_rgb.npy");
     const image<std::uint8_t> resized = ldi::tiefenrausch::resize_for_network(photo, threads);
     CHECK(differences(resized, read_image<std::uint8_t>(folder + "golden/pumpkin_384x288_rgb.npy")) == 0);
-    const image<std::uint8_t> logarithm = network->log_disparity(resized, threads);
+    const image<std::uint8_t> logarithm = network->levels(resized, threads);
     CHECK(differences(logarithm, read_image<std::uint8_t>(folder + "golden/pumpkin_384x288_log_disparity_u8.npy")) == 0);
 }
 
@@ -102,7 +102,7 @@ TEST_CASE("the published output is the same on every instruction set and with an
         for (std::size_t count : {1U, 2U, 5U}) {
             if (set == ldi::isa::scalar && count != 2) continue;  // it takes seconds
             ldi::thread_pool threads(count);
-            CHECK(differences(network->log_disparity(rgb, threads), expected) == 0);
+            CHECK(differences(network->levels(rgb, threads), expected) == 0);
         }
     }
 }
@@ -123,7 +123,7 @@ TEST_CASE("on a 64 x 64 crop every layer equals the exact implementation's, with
     for (std::size_t count : {1U, 2U, 5U}) {
         ldi::thread_pool threads(count);
         std::size_t compared = 0;
-        network->log_disparity_observed(rgb, threads, [&](std::size_t, std::string_view name, const image<std::uint8_t>& tensor) {
+        network->levels_observed(rgb, threads, [&](std::size_t, std::string_view name, const image<std::uint8_t>& tensor) {
             INFO(name);
             CHECK(differences(tensor, read_image<std::uint8_t>(layers + std::string(name) + ".npy")) == 0);
             ++compared;
@@ -165,11 +165,11 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     const image<std::uint8_t> photo = gradient(200, 300);
-    const image<std::uint8_t> logarithm = network.log_disparity(ldi::tiefenrausch::resize_for_network(photo, serial), serial);
+    const image<std::uint8_t> logarithm = network.levels(ldi::tiefenrausch::resize_for_network(photo, serial), serial);
     const image<float> disparity = network.disparity(photo, serial);
     REQUIRE(disparity.size() == logarithm.size());
     CHECK(ldi::channels(disparity) == 1);
-    const ldi::quantization q = network.log_disparity_quantization();
+    const ldi::quantization q = network.level_quantization();
     CHECK(static_cast<double>(network.quantization_step()) == Approx(std::exp(static_cast<double>(q.scale))).epsilon(1e-6));
     std::size_t broken = 0;
     for (std::size_t i = 0; i < disparity.size(); ++i) {
@@ -177,6 +177,22 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
         broken += !(std::abs(static_cast<double>(disparity.data()[i]) / expected - 1) < 1e-6);
     }
     CHECK(broken == 0);
+}
+
+TEST_CASE("a network of disparity itself gives its levels times their step, and half a step for none") {
+    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights), ldi::isa::scalar,
+                                    ldi::network_output::disparity);
+    image<std::uint8_t> levels = ldi::make_image<std::uint8_t>(1, 256, 1);
+    for (std::size_t i = 0; i < 256; ++i) levels.data()[i] = static_cast<std::uint8_t>(i);
+    const image<float> disparity = network.disparity_of(levels);
+    const ldi::quantization q = network.level_quantization();
+    for (std::size_t i = 0; i < 256; ++i) {
+        const int steps = static_cast<int>(i) - int{q.zero_point};
+        CHECK(disparity.data()[i] == Approx(steps > 0 ? static_cast<float>(steps) * q.scale : q.scale / 2));
+    }
+    // A step is the ratio of neighbouring values in the middle of the range.
+    CHECK(network.quantization_step() == disparity.data()[128] / disparity.data()[127]);
 }
 
 TEST_CASE("photos of a single pixel, a single row and a single column work") {
@@ -202,9 +218,9 @@ TEST_CASE("images that are no colour photo, or of a size that the network cannot
     const auto empty = ldi::make_image<std::uint8_t>(0, 5, 3);
     CHECK_THROWS_AS(network.disparity(empty, serial), ldi::error);
     CHECK_THROWS_AS(network.disparity(ldi::make_image<std::uint8_t>(5, 5, 4, 0), serial), ldi::error);
-    CHECK_THROWS_AS(network.log_disparity(empty, serial), ldi::error);
-    CHECK_THROWS_AS(network.log_disparity(ldi::make_image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
-    CHECK_THROWS_AS(network.log_disparity(ldi::make_image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.levels(empty, serial), ldi::error);
+    CHECK_THROWS_AS(network.levels(ldi::make_image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.levels(ldi::make_image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
 }
 
 TEST_CASE("networks that do not turn a colour image into one channel of its size are errors") {

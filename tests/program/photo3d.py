@@ -103,6 +103,10 @@ def main():
         run("a CMYK photo", [os.path.join(SOURCE, "tests/io/files/cmyk.jpg"), "--depth", file(folder, "c.npy", npy(24, 16, 1.0))])
         run("a photo of 100 megapixels", [file(folder, "large.png", png(10000, 10000, 1)), "--depth", file(folder, "l.npy", npy(10, 10, 1.0)), "--size", "512"])
 
+        for name, map_file, is_sheet in (("flat", file(folder, "flat.npy", npy(60, 80, 1.0)), True), ("stepped", small_depth, False)):
+            said = subprocess.run([PROGRAM, small, "--depth", map_file, "-o", os.path.join(folder, "said.glb")], capture_output=True, text=True).stderr
+            check(f"a {name} photo is said to be a single sheet: {is_sheet}", ("single sheet" in said) == is_sheet)
+
         run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
         run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
         run("a photo cut off", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])

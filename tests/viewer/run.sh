@@ -9,5 +9,5 @@ source "$top/scripts/requirements.sh"
 
 require "${needs_viewer[@]}" "${needs_browser[@]}"
 install_npm_packages "$here"
-"$top/examples/photo3d/run.sh"
+"$top/examples/photo3d/run.sh" sample
 node "$here/viewer.mjs"

@@ -1,4 +1,4 @@
-// node viewer.mjs [WORD]: the viewer in Chromium, with the sample that examples/photo3d/run.sh has made. Ends with "N passed, N failed".
+// node viewer.mjs [WORD]: the viewer in Chromium, with the sample that `examples/photo3d/run.sh sample` has made. Ends with "N passed, N failed".
 
 import assert from "node:assert/strict";
 import { readFile, stat } from "node:fs/promises";

@@ -28,7 +28,7 @@ int main(int count, char** arguments) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < runs + 2; ++i) {  // two to warm up
         const auto start = steady_clock::now();
-        const ldi::image<std::uint8_t> found = network.log_disparity(rgb, serial);
+        const ldi::image<std::uint8_t> found = network.levels(rgb, serial);
         const std::chrono::duration<double, std::milli> time = steady_clock::now() - start;
         if (i >= 2) times.push_back(time.count());
         different = 0;

@@ -1,35 +1,48 @@
-"""Photographs with their labels as memory-mapped arrays, crops and augmentation. One thread feeds and trains, so everything is cheap."""
+"""Photographs with their labels as memory-mapped arrays, crops, layers pasted over them, and augmentation."""
 import json
 import os
+import queue
+import threading
 
 import cv2
 import numpy as np
 import torch
 
+import shapes
+
 # How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
-                 "depth": 1.8}  # "depth": photographs with measured depth
+                 "depth": 2.0}  # "depth": photographs with measured depth
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
-LIMIT = 2.6  # of log disparity; the teacher's 8 bits end at 2.4, measured depth does not (a sky)
+PASTED = 0.45  # the share of crops with something pasted in front
 GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 class Library:
-    """What prepare.py wrote: photographs (uint8) and log disparities (float16, NaN where nothing is known) of their own sizes."""
+    """What prepare.py wrote: photographs (uint8), disparities (float16, 0 to 1, NaN where nothing is known) and what may be cut out (uint8)
+    of their own sizes."""
 
     def __init__(self, folder):
         with open(os.path.join(folder, "index.json")) as file:
             self.entries = json.load(file)["entries"]
         self.colours = np.memmap(os.path.join(folder, "colours.u8"), np.uint8, "r")
         self.labels = np.memmap(os.path.join(folder, "labels.f16"), np.float16, "r")
+        self.fronts = np.memmap(os.path.join(folder, "fronts.u8"), np.uint8, "r")
 
     def photograph(self, entry):
         height, width, at = entry["height"], entry["width"], entry["colour_at"]
         return self.colours[at:at + height * width * 3].reshape(height, width, 3)
 
-    def label(self, entry):
+    def of_label(self, values, entry):
         height, width, at = entry["label_height"], entry["label_width"], entry["label_at"]
-        return self.labels[at:at + height * width].reshape(height, width)
+        return values[at:at + height * width].reshape(height, width)
+
+    def label(self, entry):
+        return self.of_label(self.labels, entry)
+
+    def front(self, entry):
+        """1 where a person, an animal, a vehicle or a thing is that may be cut out"""
+        return self.of_label(self.fronts, entry)
 
 
 def view_of(rng, height, width, out_height, out_width, least):
@@ -42,7 +55,7 @@ def view_of(rng, height, width, out_height, out_width, least):
     return rng.uniform(0, 1 - h), rng.uniform(0, 1 - w), h, w
 
 
-def cut(rng, image, view, size, interpolation):
+def cut(image, view, size, interpolation):
     """The part of an image that a view names, brought to `size` (height, width)."""
     height, width = image.shape[:2]
     top, left = int(view[0] * height + 0.5), int(view[1] * width + 0.5)
@@ -80,11 +93,11 @@ def vary_colour(rng, image):
 
 
 def to_tensors(photos, labels):
-    """(colour B x 3 x H x W in [0, 1], log disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
-    colour = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255)
+    """(colour B x 3 x H x W in [0, 1], disparity B x 1 x H x W with 0 where unknown, weight 1 where known), from numpy arrays."""
+    colour = torch.from_numpy(photos).permute(0, 3, 1, 2).float().div_(255).contiguous(memory_format=torch.channels_last)
     label = torch.from_numpy(labels)[:, None]
     known = (~torch.isnan(label)).float()
-    return colour, torch.nan_to_num(label).clamp_(-LIMIT, LIMIT), known
+    return colour, torch.nan_to_num(label), known
 
 
 class Photographs:
@@ -95,19 +108,43 @@ class Photographs:
         self.held_out = plain[::VALIDATION_EVERY]
         skip = {e["name"] for e in self.held_out}
         self.train = [e for e in photos if e["name"] not in skip]
+        self.with_front = [e for e in self.train if e["front"]]
         weight = np.array([SOURCE_WEIGHT.get(e["source"], 1.0) for e in self.train])
         self.cumulative = np.cumsum(weight / weight.sum())
 
+    def draw(self, rng):
+        return self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
+
+    def cutting(self, rng):
+        """Something to paste: (colour, disparity, opacity 0 to 1) of one size."""
+        if self.with_front and rng.random() < 0.6:
+            entry = self.with_front[rng.integers(len(self.with_front))]
+            front = self.library.front(entry)
+            rows, columns = np.flatnonzero(front.any(1)), np.flatnonzero(front.any(0))
+            box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+            label = np.nan_to_num(self.library.label(entry)[box].astype(np.float32), nan=0.5)
+            whole = cv2.resize(self.library.photograph(entry), front.shape[::-1], interpolation=cv2.INTER_AREA)
+            return whole[box], label, front[box].astype(np.float32)
+        entry = self.draw(rng)
+        photo = self.library.photograph(entry)
+        size = (int(rng.integers(96, 288)), int(rng.integers(96, 288)))
+        view = view_of(rng, *photo.shape[:2], *size, 0.2)
+        return cut(photo, view, size, cv2.INTER_AREA), shapes.relief(rng, size), shapes.outline(rng, size)
+
     def sample(self, rng, size):
-        entry = self.train[min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)]
+        entry = self.draw(rng)
         photo, label = self.library.photograph(entry), self.library.label(entry)
         # small crops: half of the photograph's sides to all of it
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
-        colour = cut(rng, photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
-        truth = cut(rng, label.astype(np.float32), view, size, cv2.INTER_NEAREST)
+        colour = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
+        truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
         if rng.random() < 0.5:
             colour, truth = colour[:, ::-1], truth[:, ::-1]
-        return vary_colour(rng, np.ascontiguousarray(colour)), truth
+        colour, truth = np.ascontiguousarray(colour), np.ascontiguousarray(truth)
+        if rng.random() < PASTED:
+            for _ in range(int(rng.integers(1, 4))):
+                shapes.paste(rng, colour, truth, *self.cutting(rng))
+        return vary_colour(rng, colour), truth
 
     def batch(self, rng, count, size):
         """size  (height, width) of the crops"""
@@ -118,10 +155,29 @@ class Photographs:
 
     def validation_batches(self, size):
         """Held-out photographs as they are, all of each (aspect ratio ignored), in batches of up to 8."""
-        rng, batches = np.random.default_rng(1), []
+        batches = []
         for start in range(0, len(self.held_out), 8):
             entries = self.held_out[start:start + 8]
-            colours = np.stack([cut(rng, self.library.photograph(e), (0, 0, 1, 1), size, cv2.INTER_AREA) for e in entries])
-            truths = np.stack([cut(rng, self.library.label(e).astype(np.float32), (0, 0, 1, 1), size, cv2.INTER_NEAREST) for e in entries])
+            colours = np.stack([cut(self.library.photograph(e), (0, 0, 1, 1), size, cv2.INTER_AREA) for e in entries])
+            truths = np.stack([cut(self.library.label(e).astype(np.float32), (0, 0, 1, 1), size, cv2.INTER_NEAREST) for e in entries])
             batches.append(to_tensors(colours, truths))
         return batches
+
+
+class Ahead:
+    """Makes batches in a thread of its own, a few ahead of the training."""
+
+    def __init__(self, photographs, seed):
+        self.photographs, self.rng = photographs, np.random.default_rng(seed)
+        self.wanted, self.made = queue.Queue(), queue.Queue()
+        threading.Thread(target=self.work, daemon=True).start()
+
+    def work(self):
+        while True:
+            self.made.put(self.photographs.batch(self.rng, *self.wanted.get()))
+
+    def want(self, count, size):
+        self.wanted.put((count, size))
+
+    def next(self):
+        return self.made.get()

@@ -1,12 +1,12 @@
-// Runs a depth network of the library for the Python programs beside it: photos come in on the standard input, log disparity goes
+// Runs a depth network of the library for the Python programs beside it: photos come in on the standard input, disparity goes
 // out.
 //
 //   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
 //   estimate STUDENT.safetensors
 //
 // In, as often as one likes: height, width, whether to bring the photo to the network's size (int32; if not, both sides are
-// multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), scale (float32), zero point (int32), height x
-// width bytes: log disparity = (byte - zero point) * scale.
+// multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), the network's own result (height x width
+// bytes), disparity (height x width float32).
 
 #include <ldi/io/tiefenrausch_file.hpp>
 
@@ -29,20 +29,18 @@ void write(const T* values, std::size_t count) {
 
 void serve(const ldi::tiefenrausch& network) {
     ldi::serial_executor threads;
-    const ldi::quantization values = network.log_disparity_quantization();
     for (std::int32_t size[3]; read(size, 3);) {
         ldi::image<std::uint8_t> photo =
             ldi::make_image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
         if (!read(photo.data(), photo.size())) throw std::runtime_error("a photo that is cut off");
         if (size[2] != 0) photo = network.resize_for_network(photo, threads);
-        const ldi::image<std::uint8_t> result = network.log_disparity(photo, threads);
-        const std::int32_t sides[2] = {static_cast<std::int32_t>(ldi::height(result)),
-                                       static_cast<std::int32_t>(ldi::width(result))};
-        const std::int32_t zero_point = values.zero_point;
+        const ldi::image<std::uint8_t> levels = network.levels(photo, threads);
+        const ldi::image<float> disparity = network.disparity_of(levels);
+        const std::int32_t sides[2] = {static_cast<std::int32_t>(ldi::height(levels)),
+                                       static_cast<std::int32_t>(ldi::width(levels))};
         write(sides, 2);
-        write(&values.scale, 1);
-        write(&zero_point, 1);
-        write(result.data(), result.size());
+        write(levels.data(), levels.size());
+        write(disparity.data(), disparity.size());
         std::fflush(stdout);
     }
 }

@@ -1,4 +1,4 @@
-"""Asks the library (estimate.cpp, compiled) for log disparity."""
+"""Asks the library (estimate.cpp, compiled) for disparity."""
 import subprocess
 
 import numpy as np
@@ -17,15 +17,14 @@ class Estimator:
             raise SystemExit("the program that runs the network ended")
         return np.frombuffer(data, dtype)
 
-    def levels(self, photo, resize=True):
-        """photo H x W x 3 uint8 -> (H' x W' uint8, scale, zero point); without `resize`, the size is H x W, multiples of 32"""
+    def both(self, photo, resize=True):
+        """photo H x W x 3 uint8 -> (the network's own H' x W' uint8, disparity H' x W' float32); without `resize`, the size is H x W,
+        multiples of 32"""
         self.process.stdin.write(np.array([*photo.shape[:2], resize], "<i4").tobytes() + np.ascontiguousarray(photo).tobytes())
         self.process.stdin.flush()
         height, width = self.read("<i4", 2)
-        scale, zero_point = self.read("<f4", 1)[0], self.read("<i4", 1)[0]
-        return self.read(np.uint8, height * width).reshape(height, width), scale, zero_point
+        levels, disparity = self.read(np.uint8, height * width), self.read("<f4", height * width)
+        return levels.reshape(height, width), disparity.reshape(height, width)
 
     def __call__(self, photo, resize=True):
-        """photo H x W x 3 uint8 -> log disparity H' x W' float32"""
-        levels, scale, zero_point = self.levels(photo, resize)
-        return (levels.astype(np.float32) - zero_point) * scale
+        return self.both(photo, resize)[1]

@@ -5,8 +5,8 @@ metrics.py for the measures.
                         [--checkpoint FOLDER/float.pt] [--sheet SHEET.png] [--each]
 
 PROGRAM are estimate.cpp and convert.cpp, compiled. Both networks run in 8 bits, by the library, and in floating point, with the same
-weights. Prints a table for the pairs as they are, one of delta for harder versions of them, and ends with the line `student -D.DDD delta`:
-what the student in 8 bits gains or loses against the published network in 8 bits.
+weights. Prints a table for the pairs as they are, one of delta for harder versions of them, and ends with the line `student -D.DDD delta, edges D.DDD`:
+what the student in 8 bits gains or loses against the published network in 8 bits, and the F1 of its edges.
 """
 import argparse
 import os
@@ -21,6 +21,7 @@ import torch
 import torch.nn.functional as F
 
 import metrics
+import teachers
 from estimator import Estimator
 from export import Integers
 from model import Student
@@ -28,21 +29,19 @@ from model import Student
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from weight_files import read_safetensors  # noqa: E402
 
+LIVING = (3, 8, 10, 12, 13, 15, 17)  # bird, cat, cow, dog, horse, person, sheep, of the segmentation's classes
+MOST_PHOTOGRAPHS = 130  # of a folder, evenly spread, that are looked through for them
+LEAST_SUBJECT, MOST_SUBJECT = 0.02, 0.5  # of a photograph
+APART = 0.05  # of a photograph's range of disparity: the step at which the library parts surfaces
 NOISE = 20  # standard deviation of the noisy versions
-
-
-def network_size(photo):
-    """As the library: long side 384, both sides rounded down to multiples of 32."""
-    longer = max(photo.shape[:2])
-    height, width = (max(32, n * 384 // longer // 32 * 32) for n in photo.shape[:2])
-    return cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA)
 
 
 class Floats:
     """A file's network in floating point. What leaves a tensor's 8-bit range is clipped all the same: a network that was trained in
     8 bits counts on it (a ReLU is nothing else), and the published one says something else without."""
 
-    def __init__(self, tensors):
+    def __init__(self, tensors, is_logarithm):
+        self.is_logarithm = is_logarithm
         self.operators, self.scales, self.weights = tensors["operators"].tolist(), tensors["scales"], {}
         self.ranges = [((0 - z) * s, (255 - z) * s) for s, z in zip(self.scales.tolist(), tensors["zero_points"].tolist())]
         for i, (kind, a, _, _, _) in enumerate(self.operators):
@@ -54,8 +53,8 @@ class Floats:
 
     @torch.no_grad()
     def __call__(self, photo):
-        """photo H x W x 3 uint8 -> log disparity H' x W' float32"""
-        values = [torch.from_numpy(network_size(photo)).permute(2, 0, 1)[None].float().div(255).clamp(*self.ranges[0])]
+        """photo H x W x 3 uint8 -> disparity H' x W' float32"""
+        values = [torch.from_numpy(metrics.network_size(photo)).permute(2, 0, 1)[None].float().div(255).clamp(*self.ranges[0])]
         for i, (kind, a, b, kernel, stride) in enumerate(self.operators):
             if kind < 2:
                 weight, bias = self.weights[i]
@@ -63,14 +62,15 @@ class Floats:
             else:
                 y = values[a] + values[b] if kind == 2 else values[a].repeat_interleave(stride, 2).repeat_interleave(stride, 3)
             values.append(y.clamp(*self.ranges[i + 1]))
-        return values[-1][0, 0].numpy()
+        result = values[-1][0, 0].numpy()
+        return np.exp(result) if self.is_logarithm else result
 
 
 def check_integers(tensors, estimator, name):
     """That the file read here is the network that the library runs: exact integers agree on every pixel."""
     photo = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
     levels = np.rint(photo.astype(np.float32) / np.float32(255) / tensors["scales"][0]) + tensors["zero_points"][0]
-    if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.levels(photo, False)[0]).any():
+    if (Integers(tensors)(np.clip(levels, 0, 255).astype(np.uint8)) != estimator.both(photo, False)[0]).any():
         raise SystemExit(f"{name}: the library's result is not that of exact integers")
 
 
@@ -82,9 +82,9 @@ def float_checkpoint(path):
     net.load_state_dict(state["average"])
 
     @torch.no_grad()
-    def log_disparity(photo):
-        return net(torch.from_numpy(network_size(photo)).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
-    return log_disparity
+    def disparity(photo):
+        return net(torch.from_numpy(metrics.network_size(photo)).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
+    return disparity
 
 
 def portrait(image):
@@ -125,21 +125,50 @@ def arguments():
         p.add_argument("--" + name, required=True)
     p.add_argument("--checkpoint", help="the student before it was brought to 8 bits, for one more line")
     p.add_argument("--sheet", help="where to put a picture of all estimates")
+    p.add_argument("--subjects", action="append", default=[], help="folder of photographs, some of people and animals")
+    p.add_argument("--segmentation", help="folder of the network that finds them (as of teachers.py)")
     p.add_argument("--each", action="store_true", help="print every pair too")
     return p.parse_args()
 
 
+def living(folders, segmentation):
+    """[(photograph, mask)] of those whose largest person or animal takes up LEAST_SUBJECT to MOST_SUBJECT of them"""
+    found, classes_of = [], teachers.masks(segmentation)
+    for folder in folders:
+        names = sorted(os.listdir(folder))
+        for name in names[::max(1, -(-len(names) // MOST_PHOTOGRAPHS))]:
+            photo = cv2.cvtColor(cv2.imread(os.path.join(folder, name), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+            mask = np.isin(classes_of(photo)["classes"], LIVING).astype(np.uint8)
+            _, pieces, stats, _ = cv2.connectedComponentsWithStats(mask)
+            if len(stats) > 1:
+                mask = (pieces == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA])).astype(np.uint8)
+                if LEAST_SUBJECT < mask.mean() < MOST_SUBJECT:
+                    found.append((photo, mask))
+    return found
+
+
+def print_separation(networks, subjects):
+    print(f"\n| {len(subjects)} photographs of people and animals | off what is behind by {APART} | mean distance |\n|---|---|---|")
+    for name, network in networks.items():
+        values = []
+        for photo, mask in subjects:
+            disparity = network(photo)
+            distance = metrics.separation(disparity, cv2.resize(mask, disparity.shape[::-1], interpolation=cv2.INTER_NEAREST))
+            values += [] if np.isnan(distance) else [distance]
+        print(f"| {name} | {100 * np.mean(np.array(values) > APART):.0f} % | {np.mean(values):.3f} |")
+
+
 def networks_of(a):
-    """{name: photograph -> log disparity}"""
+    """{name: photograph -> disparity}"""
     with tempfile.TemporaryDirectory() as folder:
         converted = os.path.join(folder, "published.safetensors")
         subprocess.run([a.convert, a.published, converted], check=True)
         files = {"published": (converted, a.published), "student": (a.student, a.student)}
         networks = {}
         for name, (weights, model) in files.items():
-            tensors, estimator = read_safetensors(weights)[0], Estimator(a.estimate, model)
+            (tensors, metadata), estimator = read_safetensors(weights), Estimator(a.estimate, model)
             check_integers(tensors, estimator, name)
-            networks |= {f"{name}, float": Floats(tensors), f"{name}, 8 bits": estimator}
+            networks |= {f"{name}, float": Floats(tensors, metadata.get("output") != "disparity"), f"{name}, 8 bits": estimator}
     if a.checkpoint:
         networks["student before 8 bits, float"] = float_checkpoint(a.checkpoint)
     return networks
@@ -155,28 +184,31 @@ def main():
     for name, photo, truth in metrics.read_pairs(a.pairs):
         for version, image, disparity in versions(photo, truth):
             found = {n: estimate(image) for n, estimate in networks.items() if version == "as they are" or n.endswith("8 bits")}
-            for n, logarithm in found.items():
-                results.setdefault((version, n), []).append(metrics.compare(np.exp(logarithm), disparity))
+            for n, estimate in found.items():
+                results.setdefault((version, n), []).append(metrics.compare(estimate, disparity))
             if version == "as they are":
-                pictures.append([photo, truth, *map(np.exp, found.values())])
+                pictures.append([photo, truth, *found.values()])
                 for n in ("published", "student"):
                     pair = found[n + ", float"].ravel(), found[n + ", 8 bits"].ravel()
                     likeness.setdefault(n, []).append(np.corrcoef(*pair)[0, 1])
         if a.each:
             print(f"{name:26s}", "  ".join(f"{n} {results['as they are', n][-1]['delta']:.3f}" for n in networks))
     mean = {at: {m: np.nanmean([float(r[m]) for r in found]) for m in found[0]} for at, found in results.items()}
-    print(f"| {len(pictures)} pairs | delta < 1.25 | AbsRel | RMSE | edges (F1) |\n|---|---|---|---|---|")
+    print(f"| {len(pictures)} pairs | delta < 1.25 | AbsRel | RMSE | edges (F1) | boundaries (F1) | wrong order |\n|---|---|---|---|---|---|---|")
     for n in networks:
-        print(f"| {n} | " + " | ".join(f"{mean['as they are', n][m]:.3f}" for m in ("delta", "abs_rel", "rmse", "edges")) + " |")
-    print("\nCorrelation of float and 8 bits, log disparity: " + ", ".join(f"{n} {np.mean(r):.3f}" for n, r in likeness.items()) + "\n")
+        measures = ("delta", "abs_rel", "rmse", "edges", "boundaries", "order")
+        print(f"| {n} | " + " | ".join(f"{mean['as they are', n][m]:.3f}" for m in measures) + " |")
+    print("\nCorrelation of float and 8 bits: " + ", ".join(f"{n} {np.mean(r):.3f}" for n, r in likeness.items()) + "\n")
     compared = [n for n in networks if n.endswith("8 bits")]
     print("| delta < 1.25 | " + " | ".join(compared) + " |\n|---|" + "---|" * len(compared))
     for version in dict.fromkeys(v for v, _ in results):
         print(f"| {version} | " + " | ".join(f"{mean[version, n]['delta']:.3f}" for n in compared) + " |")
+    if a.segmentation:
+        print_separation({n: networks[n] for n in compared}, living(a.subjects, a.segmentation))
     if a.sheet:
         cv2.imwrite(a.sheet, sheet(pictures))
-    published, student = (mean["as they are", n]["delta"] for n in compared)
-    print(f"\nstudent {student - published:+.3f} delta")
+    published, student = (mean["as they are", n] for n in compared)
+    print(f"\nstudent {student['delta'] - published['delta']:+.3f} delta, edges {student['edges']:.3f}")
 
 
 if __name__ == "__main__":

@@ -144,8 +144,9 @@ def main():
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
-        "output": "log disparity", "provenance": json.dumps({
-            "recipe": "examples/training/tiefenrausch_small", "teacher": "Tiefenrausch as published (MIT)", "photographs": len(names),
+        "output": "disparity", "provenance": json.dumps({
+            "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",
+            "start": "MobileNet V2 trained on ImageNet (Apache-2.0, google-coral/test_data)", "photographs": len(names),
             "photograph_names_sha256": hashlib.sha256("\n".join(names).encode()).hexdigest(), "steps": state["step"],
             "samples": state["samples"], "steps_in_8_bits": state["step"] - state["since"] if state["ranges"] else 0, "processor_hours": round(state["seconds"] / 3600, 2), "parameters": parameters,
             "multiplications_384x288": products, "note": a.note})})
@@ -156,10 +157,10 @@ def main():
     exact = Integers(read_safetensors(a.out)[0])(photo)
     with torch.no_grad():
         trained = net(torch.from_numpy(photo).permute(2, 0, 1)[None].float() / 255)[0, 0].numpy()
-    scale, zero_point = net.ranges["log_disparity"]
+    scale, zero_point = net.ranges["disparity"]
     difference = np.abs(exact.astype(np.float64) - zero_point - trained / scale)
     if a.example:
-        write_safetensors(a.example, {"photo": photo, "log_disparity": exact}, {"format": "ldi", "name": "tiefenrausch_small example"})
+        write_safetensors(a.example, {"photo": photo, "levels": exact}, {"format": "ldi", "name": "tiefenrausch_small example"})
     print(f"{a.out}: {os.path.getsize(a.out)} bytes; exact integers differ from the network as trained by {difference.mean():.2f} steps of "
           f"{scale:.4f} on average, {difference.max():.0f} at most")
 

@@ -1,19 +1,25 @@
-"""The paper's losses (after Li and Snavely's MegaDepth), on log disparity."""
+"""Losses on disparity that is known up to scale and shift, after MiDaS (Ranftl et al., TPAMI 2022) and the paper's multi-scale differences
+(Li and Snavely's MegaDepth)."""
+import torch
 
-ANCHOR = 0.1  # how much of a constant error counts: 0 would leave the 8-bit output's range to chance
-GRADIENT_WEIGHT = 1.0
+ANCHOR = 0.1  # how much the place of the result counts: 0 would leave the range of the 8-bit output to chance
+LEAST_SCALE, MOST_SCALE = 0.5, 2.0  # of the result, relative to the label; a crop does not tell how deep the whole photograph is
 SCALES = 4
 
 
-def data_loss(error, known):
-    """Scale-invariant: the variance of the error over each photograph (a factor of disparity is a shift of its logarithm)."""
-    count = known.sum((1, 2, 3)).clamp(min=1)
-    mean = (error * known).sum((1, 2, 3)) / count
-    return ((error ** 2 * known).sum((1, 2, 3)) / count - (1 - ANCHOR) * mean ** 2).mean()
+def aligned_error(y, truth, known):
+    """What is left of the result's error, in units of the label, after the best scale (within bounds) and shift of each photograph."""
+    count = known.sum((1, 2, 3), keepdim=True).clamp(min=1)
+    y_mean, truth_mean = ((v * known).sum((1, 2, 3), keepdim=True) / count for v in (y, truth))
+    with torch.no_grad():
+        covariance = ((y - y_mean) * (truth - truth_mean) * known).sum((1, 2, 3), keepdim=True)
+        variance = ((truth - truth_mean) ** 2 * known).sum((1, 2, 3), keepdim=True)
+        scale = (covariance / variance.clamp(min=1e-6)).clamp(LEAST_SCALE, MOST_SCALE)
+    return (y - y_mean) / scale - (truth - truth_mean)
 
 
-def gradient_loss(error, known):
-    """Multi-scale: differences of neighbouring errors, at full size and at every second, fourth and eighth pixel."""
+def difference_loss(error, known):
+    """Differences of neighbouring errors, at full size and at every second, fourth and eighth pixel."""
     total = 0.0
     for scale in range(SCALES):
         e, k = error[:, :, ::2 ** scale, ::2 ** scale], known[:, :, ::2 ** scale, ::2 ** scale]
@@ -25,5 +31,8 @@ def gradient_loss(error, known):
 
 
 def losses(y, truth, known):
-    error = y - truth
-    return {"data": data_loss(error, known), "gradient": GRADIENT_WEIGHT * gradient_loss(error, known)}
+    """y, truth, known  B x 1 x H x W; known is 1 where the truth is, else 0"""
+    error = aligned_error(y, truth, known)
+    pixels = known.sum().clamp(min=1)
+    return {"data": (error.abs() * known).sum() / pixels, "gradient": 0.5 * difference_loss(error, known),
+            "anchor": ANCHOR * ((y - truth).abs() * known).sum() / pixels}

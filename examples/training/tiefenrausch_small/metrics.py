@@ -25,6 +25,13 @@ def read_pairs(folder):
         yield entry["name"], photo, disparity
 
 
+def network_size(photo):
+    """A photograph as the library's networks see it: long side 384, both sides rounded down to multiples of 32."""
+    longer = max(photo.shape[:2])
+    height, width = (max(32, n * 384 // longer // 32 * 32) for n in photo.shape[:2])
+    return cv2.resize(photo, (width, height), interpolation=cv2.INTER_AREA)
+
+
 def align(estimate, truth, known):
     """a * estimate + b with the least squared error where known"""
     x, y = estimate[known], truth[known]
@@ -42,18 +49,64 @@ def edges(logarithm, known):
     return found
 
 
-def edge_agreement(ours, true, known):
-    """F1 of the estimate's edges against the truth's, those within REACH pixels of each other agreeing; NaN if the truth has next to none."""
+def at_edge_side(ours, true, known):
     scale = EDGE_SIDE / max(known.shape)
     size = (round(known.shape[1] * scale), round(known.shape[0] * scale))
-    ours, true, known = (cv2.resize(a, size, interpolation=cv2.INTER_NEAREST) for a in (np.log(ours), np.log(true), known.astype(np.uint8)))
-    known, disc = known > 0, np.ones((2 * REACH + 1,) * 2, np.uint8)
-    a, b = edges(ours, known), edges(true, known)
+    ours, true, known = (cv2.resize(a, size, interpolation=cv2.INTER_NEAREST) for a in (ours, true, known.astype(np.uint8)))
+    return ours, true, known > 0
+
+
+def edge_agreement(ours, true, known):
+    """F1 of the estimate's edges against the truth's, those within REACH pixels of each other agreeing; NaN if the truth has next to none."""
+    ours, true, known = at_edge_side(ours, true, known)
+    disc = np.ones((2 * REACH + 1,) * 2, np.uint8)
+    a, b = edges(np.log(ours), known), edges(np.log(true), known)
     if b.sum() < 100:
         return np.nan
     precision = (cv2.dilate(b.astype(np.uint8), disc) > 0)[a].mean() if a.any() else 0.0
     recall = (cv2.dilate(a.astype(np.uint8), disc) > 0)[b].mean()
     return 2 * precision * recall / max(precision + recall, 1e-9)
+
+
+def boundary_agreement(ours, true, known):
+    """F1 of the places where a pixel is nearer than its neighbour, on that side, by more than a ratio: the mean over ratios from 1.05 to 1.25,
+    each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1)."""
+    ratios, found = np.linspace(1.05, 1.25, 10), []
+    for ratio in ratios:
+        precision = recall = 0.0
+        for axis in (0, 1):
+            before, after = [slice(None)] * 2, [slice(None)] * 2
+            before[axis], after[axis] = slice(None, -1), slice(1, None)
+            before, after = tuple(before), tuple(after)
+            both_known = known[before] & known[after]
+            for one, other in ((before, after), (after, before)):
+                a, b = ((m[one] > ratio * m[other]) & both_known for m in (ours, true))
+                precision += (a & b).sum() / max(a.sum(), 1) / 4
+                recall += (a & b).sum() / max(b.sum(), 1) / 4
+        found.append(2 * precision * recall / (precision + recall) if precision + recall > 0 else 0.0)
+    return float(np.average(found, weights=ratios))
+
+
+def wrong_order(ours, true, known):
+    """Of 20,000 random pairs of pixels, those that the truth has at distances that differ by a fifth or more: the share that the estimate has
+    the other way round (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, asked of measured depth)."""
+    x, y = ours[known], true[known]
+    a, b = np.random.default_rng(1).integers(0, len(x), (2, 20000))
+    ratio = y[a] / y[b]
+    clear = (ratio >= 1.2) | (ratio <= 1 / 1.2)
+    return float(((ratio > 1) != (x[a] > x[b]))[clear].mean()) if clear.sum() >= 100 else np.nan
+
+
+def separation(disparity, mask):
+    """How much nearer than the ring around it what the mask shows is, in shares of the photograph's range (its 2nd to 98th percentile)."""
+    reach = max(3, round(max(mask.shape) / 50))
+    grown, shrunk = (way(mask.astype(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0 for way in (cv2.dilate, cv2.erode))
+    wide = cv2.dilate(mask.astype(np.uint8), np.ones((6 * reach + 1,) * 2, np.uint8)) > 0
+    low, high = np.percentile(disparity, (2, 98))
+    ring = wide & ~grown  # the mask's own outline is off by a few pixels
+    if not shrunk.any() or not ring.any():
+        return np.nan
+    return float((np.median(disparity[shrunk]) - np.median(disparity[ring])) / max(high - low, 1e-9))
 
 
 def compare(disparity, truth):
@@ -67,4 +120,5 @@ def compare(disparity, truth):
     ratio = np.maximum(x / y, y / x)
     median = np.median(y)
     return {"delta": (ratio < 1.25).mean(), "abs_rel": np.abs(y / x - 1).mean(), "rmse": np.sqrt(np.mean((median / x - median / y) ** 2)),
-            "edges": edge_agreement(ours, true, known)}
+            "edges": edge_agreement(ours, true, known), "boundaries": boundary_agreement(*at_edge_side(ours, true, known)),
+            "order": wrong_order(ours, true, known)}

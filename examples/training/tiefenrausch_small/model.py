@@ -1,6 +1,8 @@
 """The network as a list of operators: convolutions, additions and enlargements, the three that the library's 8-bit networks have.
 
-The same list serves the float network below, the quantised one (quantise.py) and the export.
+The same list serves the float network below, the quantised one (quantise.py) and the export. The way down is MobileNet V2 (Sandler et al.,
+CVPR 2018) as far as 1/32 of the resolution, so that training can start from its features (backbone.py); the way up is dense 3 x 3
+convolutions.
 """
 from collections import namedtuple
 
@@ -32,47 +34,55 @@ class Builder:
         self.channels[name] = self.channels[a]
         return name
 
-    def block(self, name, x, outputs, expansion, stride=1, enlarge=False):
-        """The paper's: pointwise and ReLU, enlargement, depthwise 3 x 3, pointwise; around it a shortcut where shapes allow one.
-        Only its narrow end is normalised: on the wide tensors normalisation costs a fifth of the training's time."""
-        y = self.convolution(name + ".expand", x, round(self.channels[x] * expansion), relu=True, normalised=False)
-        if enlarge:
-            self.operators.append(Enlargement(name + ".enlarge", y))
-            self.channels[name + ".enlarge"] = self.channels[y]
-            y = name + ".enlarge"
-        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, normalised=False)
-        y = self.convolution(name + ".project", y, outputs)
-        if stride == 1 and not enlarge and outputs == self.channels[x]:
-            y = self.addition(name + ".sum", x, y)
-        return y
+    def inverted_residual(self, name, x, outputs, expansion, stride):
+        """MobileNet V2's block. Not normalised: its normalisation is folded into the weights that it starts from."""
+        y = x
+        if expansion > 1:
+            y = self.convolution(name + ".expand", y, self.channels[x] * expansion, relu=True, normalised=False)
+        y = self.convolution(name + ".depthwise", y, None, 3, stride, depthwise=True, relu=True, normalised=False)
+        y = self.convolution(name + ".project", y, outputs, normalised=False)
+        return self.addition(name + ".sum", x, y) if stride == 1 and outputs == self.channels[x] else y
+
+    def residual(self, name, x):
+        """Two dense 3 x 3 convolutions around which a shortcut leads."""
+        y = self.convolution(name + ".first", x, self.channels[x], 3, relu=True)
+        return self.addition(name + ".sum", x, self.convolution(name + ".second", y, self.channels[x], 3))
+
+    def enlargement(self, name, x):
+        self.operators.append(Enlargement(name, x))
+        self.channels[name] = self.channels[x]
+        return name
 
 
-# Per level, from full resolution to 1/32: channels, expansion of the blocks, blocks on the way down, blocks on the way up.
-CHANNELS = (8, 24, 32, 56, 80, 96)
-EXPANSION = (0, 2, 4, 4, 5, 5)
-DOWN = (0, 0, 2, 3, 3, 3)
-UP = (0, 1, 2, 2, 2, 0)
-EXPANSION_DOWN = (0, 0, 2, 5, 5, 6)  # of the block that halves the resolution to reach the level
-EXPANSION_UP = (1, 2, 4, 4, 4, 0)  # of the block that doubles it
-CHANNELS_UP = (8, 16, 32, 56, 80, 96)
+STEM = 32
+# MobileNet V2: channels, expansion, and the strides of the blocks of each stage. Its last stage (320 channels) is left out.
+STAGES_DOWN = ((16, 1, (1,)), (24, 6, (2, 1)), (32, 6, (2, 1, 1)), (64, 6, (2, 1, 1, 1)), (96, 6, (1, 1, 1)), (160, 6, (2, 1, 1)))
+# Per level of the way up, from full resolution to 1/32: channels and residual pairs.
+CHANNELS_UP = (8, 24, 48, 64, 96, 128)
+RESIDUALS_UP = (0, 1, 1, 1, 1, 2)
 
 
 def operators():
     b = Builder()
-    levels = [b.convolution("level0", "photo", CHANNELS[0], 3, relu=True, normalised=False)]
-    levels.append(b.convolution("level1", levels[0], CHANNELS[1], 3, 2, relu=True))
-    for i in range(2, 6):
-        x = b.block(f"down{i}.0", levels[-1], CHANNELS[i], EXPANSION_DOWN[i], stride=2)
-        for j in range(DOWN[i]):
-            x = b.block(f"down{i}.{j + 1}", x, CHANNELS[i], EXPANSION[i])
-        levels.append(x)
-    for i in range(4, -1, -1):
-        x = b.block(f"up{i}.0", x, CHANNELS_UP[i], EXPANSION_UP[i], enlarge=True)
-        skip = levels[i] if CHANNELS_UP[i] == CHANNELS[i] else b.convolution(f"skip{i}", levels[i], CHANNELS_UP[i])
-        x = b.addition(f"merge{i}", skip, x)
-        for j in range(UP[i]):
-            x = b.block(f"up{i}.{j + 1}", x, CHANNELS_UP[i], EXPANSION[i])
-    b.convolution("log_disparity", x, 1, 3, normalised=False)
+    full = b.convolution("full", "photo", CHANNELS_UP[0], 3, relu=True)
+    x, levels, block = b.convolution("stem", "photo", STEM, 3, 2, relu=True, normalised=False), [full], 0
+    for outputs, expansion, strides in STAGES_DOWN:
+        for stride in strides:
+            if stride == 2:
+                levels.append(x)
+            block += 1
+            x = b.inverted_residual(f"down{block}", x, outputs, expansion, stride)
+    levels.append(x)
+    y = b.convolution("context", levels[5], CHANNELS_UP[5], relu=True)
+    for level in range(5, -1, -1):
+        if level < 5:
+            y = b.enlargement(f"enlarge{level}", b.convolution(f"up{level}", y, CHANNELS_UP[level], 3))
+            skip = levels[level] if level == 0 else b.convolution(f"skip{level}", levels[level], CHANNELS_UP[level])
+            y = b.addition(f"merge{level}", skip, y)
+        for i in range(RESIDUALS_UP[level]):
+            y = b.residual(f"refine{level}.{i}", y)
+    y = b.convolution("last", y, CHANNELS_UP[0], 3, relu=True)
+    b.convolution("disparity", y, 1, 3, normalised=False)
     return b.operators
 
 
@@ -85,7 +95,7 @@ class Layer(nn.Module):
         self.weight = nn.Parameter(torch.empty(op.outputs, inputs, op.kernel, op.kernel))
         nn.init.normal_(self.weight, 0, ((2.0 if op.relu else 1.0) / (inputs * op.kernel ** 2)) ** 0.5)
         self.norm = nn.BatchNorm2d(op.outputs, momentum=0.02) if op.normalised else None
-        self.bias = None if op.normalised or op.depthwise else nn.Parameter(torch.zeros(op.outputs))
+        self.bias = None if op.normalised else nn.Parameter(torch.zeros(op.outputs))
         self.stride, self.padding, self.groups, self.relu = op.stride, op.kernel // 2, op.inputs if op.depthwise else 1, op.relu
 
     def forward(self, x):
@@ -98,21 +108,22 @@ class Layer(nn.Module):
     def folded(self):
         """(weight, bias) of the convolution that does the same as this layer in evaluation."""
         if self.norm is None:
-            return self.weight.clone(), torch.zeros(self.weight.shape[0]) if self.bias is None else self.bias.clone()
+            return self.weight.clone(), self.bias.clone()
         factor = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
         return self.weight * factor[:, None, None, None], self.norm.bias - self.norm.running_mean * factor
 
 
 class Student(nn.Module):
-    """colour B x 3 x H x W in [0, 1], sides multiples of 32 -> log disparity B x 1 x H x W"""
+    """colour B x 3 x H x W in [0, 1], sides multiples of 32 -> disparity B x 1 x H x W, about 0 to 1"""
 
     def __init__(self):
         super().__init__()
         self.operators = operators()
         self.layers = nn.ModuleDict({key(op.name): Layer(op) for op in self.operators if isinstance(op, Convolution)})
-        for op in self.operators:  # every shortcut block starts as the identity
-            if isinstance(op, Addition) and op.name.endswith(".sum"):
+        for op in self.operators:  # every normalised shortcut block starts as the identity
+            if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
+        nn.init.constant_(self.layers["disparity"].bias, 0.4)
         last = {}
         for op in self.operators:
             for name in op[1:3] if isinstance(op, Addition) else op[1:2]:
@@ -124,10 +135,7 @@ class Student(nn.Module):
     def forward(self, x):
         tensors = {"photo": x}
         for op in self.operators:
-            if op.name == "log_disparity":  # in full precision even where autocast is on
-                with torch.cpu.amp.autocast(enabled=False):
-                    y = self.layers[key(op.name)](tensors[op.input].float())
-            elif isinstance(op, Convolution):
+            if isinstance(op, Convolution):
                 y = self.layers[key(op.name)](tensors[op.input])
             elif isinstance(op, Addition):
                 y = tensors[op.a] + tensors[op.b]
@@ -136,7 +144,7 @@ class Student(nn.Module):
             for name in self.ends.get(op.name, ()):
                 del tensors[name]
             tensors[op.name] = y
-        return tensors["log_disparity"]
+        return tensors["disparity"]
 
 
 def key(name):

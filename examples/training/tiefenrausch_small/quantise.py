@@ -1,8 +1,7 @@
 """The student in the arithmetic of the library's 8-bit networks, trainable (quantisation-aware training).
 
-Every tensor holds whole numbers: 8-bit values less their zero point. They fit bfloat16 without loss, weights too, so convolutions run at
-the speed of bfloat16; only what they return is rounded to its 8 significant bits before requantisation, which is half a step at
-the ends of the range. Gradients pass through rounding as if it were not there, and stop at what is clipped.
+Every tensor holds whole numbers: 8-bit values less their zero point. Sums of their products stay exact in float32 as long as they are
+below 2^24, which they are but for a few. Gradients pass through rounding as if it were not there, and stop at what is clipped.
 export.py has the same network in exact integers.
 """
 import numpy as np
@@ -72,14 +71,13 @@ def find_ranges(student, batches):
         tensors = {"photo": colour}
         for op in student.operators:
             if isinstance(op, Convolution):
-                with torch.cpu.amp.autocast(dtype=torch.bfloat16):
-                    tensors[op.name] = student.layers[key(op.name)](tensors[op.input])
+                tensors[op.name] = student.layers[key(op.name)](tensors[op.input])
             elif isinstance(op, Addition):
                 tensors[op.name] = tensors[op.a] + tensors[op.b]
             else:
                 tensors[op.name] = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
             if not isinstance(op, Enlargement):
-                values = tensors[op.name].float().flatten()
+                values = tensors[op.name].flatten()
                 few = values[torch.randint(len(values), (8000,))]
                 seen.setdefault(op.name, []).append(torch.cat([few, values.min()[None], values.max()[None]]))
     ranges = {"photo": PHOTO}
@@ -90,7 +88,7 @@ def find_ranges(student, batches):
 
 
 class Quantised(nn.Module):
-    """colour B x 3 x H x W in [0, 1], multiples of 1/255 -> log disparity B x 1 x H x W"""
+    """colour B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
     def __init__(self, ranges):
         super().__init__()
@@ -117,8 +115,7 @@ class Quantised(nn.Module):
         with torch.no_grad():
             scale, zero_point = scale_and_zero_point(weight.min().item(), weight.max().item())
         whole = Round.apply((weight / scale).clamp(-zero_point, 255 - zero_point))
-        # the bias too is rounded to what bfloat16 holds: what was trained is what is exported
-        bias = Round.apply(bias / (self.ranges[op.input][0] * scale)).bfloat16().float()
+        bias = Round.apply(bias / (self.ranges[op.input][0] * scale))
         return whole, scale, zero_point, bias
 
     def clip(self, name, accumulator, factor):
@@ -126,18 +123,18 @@ class Quantised(nn.Module):
         return Requantise.apply(accumulator, factor, -zero_point, 255 - zero_point)
 
     def forward(self, colour):
-        tensors = {"photo": (colour * 255).round().bfloat16().contiguous(memory_format=torch.channels_last)}
+        tensors = {"photo": (colour * 255).round().contiguous(memory_format=torch.channels_last)}
         for op in self.operators:
             scale = self.ranges[op.name][0]
             if isinstance(op, Convolution):
                 weight, weight_scale, _, bias = self.integers(op)
-                accumulator = F.conv2d(tensors[op.input], weight.bfloat16(), bias.bfloat16(), op.stride, op.kernel // 2, 1,
-                                       op.inputs if op.depthwise else 1)
+                accumulator = F.conv2d(tensors[op.input], weight.contiguous(memory_format=torch.channels_last), bias, op.stride,
+                                       op.kernel // 2, 1, op.inputs if op.depthwise else 1)
                 y = self.clip(op.name, accumulator, self.ranges[op.input][0] * weight_scale / scale)
             elif isinstance(op, Addition):
-                total = tensors[op.a].float() * (self.ranges[op.a][0] / scale)
-                y = self.clip(op.name, total.add(tensors[op.b].float(), alpha=self.ranges[op.b][0] / scale), 1.0).bfloat16()
+                total = tensors[op.a] * (self.ranges[op.a][0] / scale)
+                y = self.clip(op.name, total.add_(tensors[op.b], alpha=self.ranges[op.b][0] / scale), 1.0)
             else:
                 y = F.interpolate(tensors[op.input], scale_factor=2, mode="nearest")
             tensors[op.name] = y
-        return tensors["log_disparity"].float() * self.ranges["log_disparity"][0]
+        return tensors["disparity"] * self.ranges["disparity"][0]

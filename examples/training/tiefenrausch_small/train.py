@@ -1,6 +1,6 @@
 """Trains the student on what prepare.py wrote. See README.md.
 
-    python3 train.py --data DATA --out FOLDER --hours H
+    python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite [--watch FOLDER]
 
 Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
 To steer it, make a file there:
@@ -20,17 +20,18 @@ import cv2
 import numpy as np
 import torch
 
+import backbone
 import data
-from losses import losses
+import metrics
+from losses import aligned_error, losses
 from model import Student
 from quantise import Quantised, find_ranges
 
 WARM_UP = 300  # steps
 # The schedule: (share of the processor time until then, pixels of a step, shapes of crops). Small crops first, all of a photograph last.
 STAGES = (
-    (0.20, 12 * 128 * 128, ((128, 128), (96, 160), (160, 96), (128, 160), (160, 128))),
-    (0.55, 8 * 192 * 192, ((192, 192), (160, 224), (224, 160), (192, 224), (224, 192))),
-    (0.80, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
+    (0.30, 10 * 192 * 192, ((192, 192), (160, 224), (224, 160), (192, 224), (224, 192))),
+    (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
     (1.00, 4 * 288 * 384, ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))),
 )
 QUANTISED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
@@ -41,19 +42,35 @@ def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
+BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalisation, and know something
+
+
 @torch.no_grad()
 def validate(net, batches):
-    """(spread of the error of log disparity, share of pixels within a factor of 1.25, gradient loss): against the teacher, whole photographs."""
-    spreads, shares, gradients = [], [], []
+    """(mean error, loss of differences) against the labels of held-out photographs, each aligned by scale and shift."""
+    errors, differences = [], []
     for colour, truth, known in batches:
-        with torch.cpu.amp.autocast(dtype=torch.bfloat16):
-            y = net(colour)
-        error = y.float() - truth
-        error = error - error.flatten(1).median(1).values[:, None, None, None]
-        spreads.append(error.flatten(1).std(1))
-        shares.append((error.abs() < math.log(1.25)).float().flatten(1).mean(1))
-        gradients.append(losses(y.float(), truth, known)["gradient"][None].expand(len(colour)))
-    return tuple(torch.cat(v).mean().item() for v in (spreads, shares, gradients))
+        y = net(colour)
+        errors.append(aligned_error(y, truth, known).abs().flatten(1).mean(1))
+        differences.append(losses(y, truth, known)["gradient"][None].expand(len(colour)))
+    return tuple(torch.cat(v).mean().item() for v in (errors, differences))
+
+
+class Watched:
+    """Photographs with depth from elsewhere that are never trained on."""
+
+    def __init__(self, folder, most=60):
+        pairs = list(metrics.read_pairs(folder)) if folder else []
+        self.pairs = [(metrics.network_size(photo), truth) for _, photo, truth in pairs[::max(1, len(pairs) // most)]]
+
+    @torch.no_grad()
+    def measure(self, net):
+        """{measure: mean}, of metrics.compare"""
+        found = []
+        for photo, truth in self.pairs:
+            colour = torch.from_numpy(photo).permute(2, 0, 1)[None].float().div(255).contiguous(memory_format=torch.channels_last)
+            found.append(metrics.compare(net(colour)[0, 0].numpy(), truth))
+        return {m: float(np.nanmean([f[m] for f in found])) for m in ("delta", "abs_rel", "edges")} if found else {}
 
 
 def calibration(photographs, rng):
@@ -72,10 +89,12 @@ class Run:
     def use(self, net):
         self.net = net.to(memory_format=torch.channels_last)
         self.average = copy.deepcopy(self.net).eval()
-        decayed = [p for p in self.net.parameters() if p.dim() > 1]
-        others = [p for p in self.net.parameters() if p.dim() <= 1]
         decay = 0.02 if self.ranges is None else 0.0
-        self.optimiser = torch.optim.AdamW([{"params": decayed, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}],
+        groups = {}
+        for name, p in self.net.named_parameters():
+            old = name.split(".")[1].startswith(("stem", "down"))
+            groups.setdefault((BACKBONE_RATE if old else 1.0, decay if p.dim() > 1 and not old else 0.0), []).append(p)
+        self.optimiser = torch.optim.AdamW([{"params": p, "share": share, "weight_decay": d} for (share, d), p in groups.items()],
                                            betas=(0.9, 0.99))
         self.since = self.step
 
@@ -114,14 +133,12 @@ class Run:
 
     def learn(self, batch, rate):
         for group in self.optimiser.param_groups:
-            group["lr"] = rate
+            group["lr"] = rate * group["share"]
         colour, truth, known = batch
-        with torch.cpu.amp.autocast(dtype=torch.bfloat16):
-            y = self.net(colour)
-        terms = losses(y, truth, known)
+        terms = losses(self.net(colour), truth, known)
         self.optimiser.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
-        norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 2.0)
+        norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 1.0)
         if not torch.isfinite(norm):
             return {}
         self.optimiser.step()
@@ -163,8 +180,10 @@ def arguments():
     p.add_argument("--data", required=True, help="folder that prepare.py wrote")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--hours", type=float, default=6.0, help="processor hours of the whole schedule")
-    p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
-    p.add_argument("--threads", type=int, default=1)
+    p.add_argument("--backbone", help="the TFLite file to start from (backbone.py); without it, from nothing")
+    p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
+    p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
+    p.add_argument("--threads", type=int, default=os.cpu_count())
     return p.parse_args()
 
 
@@ -181,18 +200,31 @@ def main():
     run, checkpoint = Run(), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
+    elif a.backbone:
+        backbone.start_from(run.net, a.backbone)
+        run.use(run.net)
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)
     photographs = data.Photographs(a.data)
     validation = photographs.validation_batches((288, 384))
+    watched = Watched(a.watch)
     print(f"{len(photographs.train)} photographs, {len(photographs.held_out)} more held out; from step {run.step}", flush=True)
 
     asked = []
     signal.signal(signal.SIGTERM, lambda *_: asked.append("stop"))
     schedule = Schedule(a.out, a.hours)
     before, processor = run.seconds, time.process_time()
+    started, first = time.time(), run.step
     saved, looked, snapped = time.time(), run.seconds if run.step > 0 else -math.inf, run.seconds
-    means = {}
+    means, rates = {}, {}
+    ahead = data.Ahead(photographs, [7, run.step])
+
+    def want(progress):
+        _, pixels, shapes = next(s for s in STAGES if progress <= s[0])
+        shape = shapes[rng.integers(len(shapes))]
+        ahead.want(round(pixels / (shape[0] * shape[1])), shape)
+    for _ in range(3):
+        want(run.progress)
     while True:
         run.seconds = before + time.process_time() - processor
         progress = schedule.progress(run.seconds, run.progress)
@@ -200,20 +232,22 @@ def main():
             progress = max(progress, QUANTISED_FROM)  # there is no way back
         run.progress = progress
         done = asked or progress >= 1 or os.path.exists(path("stop"))
-        if run.seconds - looked > 300 or done:
+        if run.seconds - looked > 900 or done:
             looked = run.seconds
-            spread, share, gradient = validate(run.average, validation)
+            error, difference = validate(run.average, validation)
+            seen = watched.measure(run.average)
+            pace = (run.step - first) / (time.time() - started)
+            columns = {"step": run.step, "samples": run.samples, "processor_hours": run.seconds / 3600, "progress": progress, **means,
+                       "held_out_error": error, "held_out_gradient": difference, **seen}
             new = not os.path.exists(path("log.tsv"))
             with open(path("log.tsv"), "a") as log:
-                names = ("data", "gradient", "norm")
                 if new:
-                    log.write("\t".join(("step", "samples", "processor_hours", "progress", *names, "spread", "delta", "held_out_gradient")) + "\n")
-                log.write("\t".join(str(v) for v in (run.step, run.samples, f"{run.seconds / 3600:.4f}", f"{progress:.4f}",
-                                                     *(f"{means.get(n, float('nan')):.4f}" for n in names),
-                                                     f"{spread:.4f}", f"{share:.4f}", f"{gradient:.4f}")) + "\n")
-            print(f"{time.strftime('%H:%M:%S')} step {run.step} {run.seconds / 3600:.2f} h ({100 * progress:.1f} %)  "
-                  + "  ".join(f"{n} {v:.3f}" for n, v in means.items())
-                  + f"  held out: spread {spread:.3f}, within 1.25 {share:.3f}, gradient {gradient:.3f}", flush=True)
+                    log.write("\t".join(columns) + "\n")
+                log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
+            left = (time.time() - started) * (1 - progress) / max(1e-9, progress - rates.setdefault("start", progress)) / 60
+            print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
+                  + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "
+                  + ", ".join(f"{n} {v:.3f}" for n, v in seen.items()), flush=True)
         if done or time.time() - saved > 300:
             saved = time.time()
             run.save(checkpoint)
@@ -226,10 +260,9 @@ def main():
             run.save(path("float.pt"))
             run.quantise(calibration(photographs, rng))
             print(f"step {run.step}: on in 8 bits", flush=True)
-        _, pixels, shapes = next(s for s in STAGES if progress < s[0])
-        shape = shapes[rng.integers(len(shapes))]
+        want(progress)
         rate = a.rate * min(1.0, (run.step - run.since + 1) / WARM_UP) * rate_at(progress)
-        for name, value in run.learn(photographs.batch(rng, round(pixels / (shape[0] * shape[1])), shape), rate).items():
+        for name, value in run.learn(ahead.next(), rate).items():
             means[name] = value if name not in means else 0.99 * means[name] + 0.01 * value
     if progress >= 1:
         run.save(path("final.pt"))

@@ -18,6 +18,8 @@
 
 namespace ldi {
 
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+///
 /// Errors: those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
 /// network.
 inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
@@ -26,7 +28,11 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
     for (const auto& [key, expected] :
          {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}})
         detail::check_metadata(file, "a depth network", key, expected);
-    return tiefenrausch(read_quantized_network(file), target);
+    const auto output = file.metadata.find("output");
+    const bool is_linear = output != file.metadata.end() && output->second == "disparity";
+    if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    return tiefenrausch(read_quantized_network(file), target,
+                        is_linear ? network_output::disparity : network_output::log_disparity);
 }
 
 /// Errors: file_access, and those of decode_tiefenrausch().

@@ -20,8 +20,8 @@ import quantise  # noqa: E402
 from weight_files import write_safetensors  # noqa: E402
 
 torch.manual_seed(0)
-model.CHANNELS, model.CHANNELS_UP = (4, 6, 8, 8, 8, 8), (4, 5, 8, 8, 8, 8)
-model.DOWN, model.UP = (0, 0, 1, 1, 1, 1), (0, 1, 1, 1, 1, 0)
+model.STEM, model.CHANNELS_UP, model.RESIDUALS_UP = 4, (4, 5, 8, 8, 8, 8), (0, 1, 0, 0, 1, 1)
+model.STAGES_DOWN = ((5, 1, (1,)), (6, 2, (2, 1)), (8, 2, (2,)), (8, 2, (2,)), (8, 2, (1,)), (8, 2, (2, 1)))
 student = model.Student().train()
 photo = F.interpolate(torch.rand(4, 3, 6, 8), (64, 96), mode="bilinear", align_corners=False).mul(255).round()
 student(photo / 255)  # for the normalisation's statistics
@@ -29,10 +29,10 @@ net = quantise.Quantised(quantise.find_ranges(student.eval(), [photo / 255])).ta
 with torch.no_grad():
     for bias in net.biases.values():
         bias.add_(torch.randn_like(bias) * 0.05)
-tensors, metadata = export.tensors_of(net), {"format": "ldi", "name": "tiefenrausch_small", "version": "1",
+tensors, metadata = export.tensors_of(net), {"format": "ldi", "name": "tiefenrausch_small", "version": "1", "output": "disparity",
                                              "operator_names": " ".join(op.name for op in net.operators)}
 write_safetensors(str(FOLDER / "tiefenrausch_weights.safetensors"), tensors, metadata)
 rgb = photo[0].permute(1, 2, 0).numpy().astype("uint8")
 rgb[:8, :8], rgb[8:16, :8] = 0, 255
 write_safetensors(str(FOLDER / "tiefenrausch_example.safetensors"),
-                  {"photo": rgb, "log_disparity": export.Integers(tensors)(rgb)}, {"format": "ldi", "name": "example"})
+                  {"photo": rgb, "levels": export.Integers(tensors)(rgb)}, {"format": "ldi", "name": "example"})

@@ -1,0 +1,104 @@
+// What becomes of ordinary photographs, of which no depth is known: how much lies behind their silhouettes, and a sheet to look
+// at.
+#pragma once
+
+#include "estimated_views.hpp"
+#include "metrics.hpp"
+
+#include <ldi/io/photo.hpp>
+#include <ldi/io/picture.hpp>
+#include <ldi/kernels/area_resize.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/camera.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ldi_quality {
+
+/// The 24 photographs of ../shared/photos/eval, and those of train that watch the training: every 32nd, as data.py has it.
+inline std::vector<std::filesystem::path> ordinary_photographs() {
+    constexpr std::size_t watching_every = 32;
+    std::vector<std::filesystem::path> result;
+    for (const auto& [name, every] : {std::pair<const char*, std::size_t>{"eval", 1}, {"train", watching_every}}) {
+        const std::filesystem::path folder = std::filesystem::path(LDI_SHARED_DIR) / "photos" / name;
+        if (!std::filesystem::exists(folder)) {
+            std::printf("\nskipped: there is no %s\n", folder.c_str());
+            continue;
+        }
+        std::vector<std::filesystem::path> all;
+        for (const auto& file : std::filesystem::directory_iterator(folder)) all.push_back(file.path());
+        std::sort(all.begin(), all.end());
+        for (std::size_t i = 0; i < all.size(); i += every) result.push_back(all[i]);
+    }
+    return result;
+}
+
+/// A grey picture of values in [0, 1].
+inline picture shown(const ldi::image<float>& values) {
+    picture result = ldi::make_image<std::uint8_t>(ldi::height(values), ldi::width(values), 3);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        std::fill_n(result.data() + 3 * i, 3, static_cast<std::uint8_t>(255 * std::clamp(values.data()[i], 0.0F, 1.0F)));
+    return result;
+}
+
+/// Pictures side by side, each brought to the same height.
+template <ldi::executor Executor>
+picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Executor& threads) {
+    std::vector<picture> parts;
+    std::size_t columns = 0;
+    for (const picture& p : pictures) {
+        parts.push_back(ldi::area_resize(p, rows, ldi::width(p) * rows / ldi::height(p), threads));
+        columns += ldi::width(parts.back());
+    }
+    picture result = ldi::make_image<std::uint8_t>(rows, columns, 3);
+    for (std::size_t y = 0; y < rows; ++y) {
+        std::uint8_t* to = ldi::row(result, y);
+        for (const picture& p : parts) to = std::copy_n(ldi::row(p, y), 3 * ldi::width(p), to);
+    }
+    return result;
+}
+
+/// Prints, for each network, how many photographs have no hidden pixel and the median share of hidden ones. Writes a strip for
+/// every photograph: it, the depth that each network leads to, and the last network's 3D photo from the right.
+template <ldi::executor Executor>
+void print_photographs(const std::vector<named_network>& networks, const std::filesystem::path& folder, Executor& threads) {
+    const std::vector<std::filesystem::path> files = ordinary_photographs();
+    if (files.empty()) return;
+    ldi::photo3d_options options;
+    options.long_side = 768;
+    std::vector<std::vector<double>> hidden(networks.size());
+    for (const std::filesystem::path& file : files) {
+        const picture photo = ldi::load_photo(file).colour;
+        std::vector<picture> strip{photo};
+        for (std::size_t i = 0; i < networks.size(); ++i) {
+            const ldi::photo3d made = ldi::make_photo3d(photo, networks[i].second, ldi::diffusion_inpainter(), options, threads);
+            const double seen = static_cast<double>(made.photo.size()) / 3;
+            hidden[i].push_back(static_cast<double>(made.layers.size()) / seen - 1);
+            strip.push_back(shown(made.disparity));
+            if (i + 1 < networks.size()) continue;
+            const float movement = 0.04F * static_cast<float>(std::max(made.camera.width, made.camera.height));
+            const ldi::view beside = ldi::moved_view(made.camera, made.range, 1, -movement);
+            strip.push_back(ldi::rasterize(made.mesh, made.atlas.colour, beside, {}, threads).colour);
+        }
+        ldi::save_png(folder / ("photograph_" + file.stem().string() + ".png"), side_by_side(strip, 288, threads));
+    }
+    std::printf(
+        "\n### %zu photographs of any kind\n\n| network | without a hidden pixel | hidden pixels, median share "
+        "|\n|---|---|---|\n",
+        files.size());
+    for (std::size_t i = 0; i < networks.size(); ++i) {
+        const auto none = std::count(hidden[i].begin(), hidden[i].end(), 0.0);
+        std::printf("| %s | %td (%.0f %%) | %.1f %% |\n", networks[i].first.c_str(), none,
+                    100 * static_cast<double>(none) / static_cast<double>(files.size()), 100 * median(hidden[i]));
+    }
+    std::fflush(stdout);
+}
+
+}  // namespace ldi_quality

@@ -1,0 +1,62 @@
+"""One label for a photograph out of what several networks say of it."""
+import cv2
+import numpy as np
+
+LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees how things lie, and where they end
+COARSE_SIGMA = 6.0  # pixels of the label: what is smoother comes from the layout
+AGREEMENT = 0.8  # correlation of what the teacher says at its smallest and its largest size, below which it is not believed
+SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to colour edges
+LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
+NEAR_FAR = 0.05, 1.0
+
+
+def standardised(disparity):
+    """Median 0, mean deviation 1."""
+    centred = disparity - np.median(disparity)
+    return centred / (np.abs(centred).mean() + 1e-6)
+
+
+def fitted(disparity, to):
+    """a * disparity + b, nearest to another map."""
+    centred = disparity - disparity.mean()
+    return centred * (centred * (to - to.mean())).mean() / ((centred ** 2).mean() + 1e-9) + to.mean()
+
+
+def merged(sizes):
+    """What the teacher says of one photograph: layout from where it sees the whole, detail from where it sees edges.
+
+    sizes  {short side: disparity H x W}; returns H x W, standardised"""
+    layout = np.mean([standardised(sizes[side]) for side in LAYOUT], 0)
+    detail = fitted(sizes[DETAIL], layout)
+    return detail + cv2.GaussianBlur(layout - detail, (0, 0), COARSE_SIGMA)
+
+
+def chosen(teacher, published):
+    """The teacher's answer, or the published network's where the teacher contradicts itself (patterned walls, ornate rooms, naves).
+
+    teacher    {short side: disparity}
+    published  {long side: log disparity}"""
+    if np.corrcoef(teacher[LAYOUT[0]].ravel(), teacher[DETAIL].ravel())[0, 1] >= AGREEMENT:
+        return merged(teacher)
+    layout = (published["224"] + published["288"]) / 2
+    return standardised(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
+
+
+def snapped(disparity, photo):
+    """Moves steps of disparity to colour edges: a median, each neighbour weighted by how much its colour is the pixel's.
+
+    photo H x W x 3 uint8. Values that change by no more than rounding to 8 bits stay as they were."""
+    for _ in range(SNAP_ROUNDS):
+        low, high = disparity.min(), disparity.max()
+        levels = (disparity - low) / max(high - low, 1e-6) * 255
+        median = cv2.ximgproc.weightedMedianFilter(photo, levels.astype(np.uint8), SNAP_RADIUS, 25.5, cv2.ximgproc.WMF_EXP)
+        change = median - levels
+        disparity = disparity + np.where(np.abs(change) > 1.5, change, 0) * ((high - low) / 255)
+    return disparity
+
+
+def in_range(disparity):
+    """Scaled and shifted so that nearly all of it lies in NEAR_FAR; NaN stays NaN."""
+    low, high = np.nanpercentile(disparity, (LOW, HIGH))
+    far, near = NEAR_FAR
+    return np.clip(far + (disparity - low) * ((near - far) / max(high - low, 1e-6)), 0, 1.25)
