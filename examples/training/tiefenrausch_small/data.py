@@ -15,6 +15,7 @@ SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "m
                  "depth": 2.0}  # "depth": photographs with measured depth
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
 PASTED = 0.45  # the share of crops with something pasted in front
+WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
 GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
 
@@ -152,6 +153,10 @@ class Photographs:
         for i in range(count):
             colours[i], truths[i] = self.sample(rng, size)
         return to_tensors(colours, truths)
+
+    def calibration(self, rng):
+        """Batches of whole photographs' colours: what the ranges of 8-bit tensors are found from."""
+        return [self.batch(rng, 4, shape)[0] for shape in WHOLE for _ in range(2)]
 
     def validation_batches(self, size):
         """Held-out photographs as they are, all of each (aspect ratio ignored), in batches of up to 8."""

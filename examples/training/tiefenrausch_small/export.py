@@ -27,7 +27,6 @@ import torch.nn.functional as F
 
 import data
 import model
-import train
 from model import Addition, Convolution
 from quantise import Quantised, find_ranges
 
@@ -114,17 +113,52 @@ class Integers:
         return (values[-1][0, 0].numpy() + zero_points[-1]).astype(np.uint8)
 
 
-def load_quantised(path, folder):
+@torch.no_grad()
+def start_from(student, path, photographs):
+    """Makes a model.Student compute what an exported file's network computes, give or take rounding. `photographs`, batches of colours,
+    tell its normalisation what it has to undo."""
+    tensors, _ = read_safetensors(path)
+    number = {"photo": 0, **{op.name: i + 1 for i, op in enumerate(student.operators)}}
+    statistics = {}
+    for i, op in enumerate(student.operators):
+        if isinstance(op, Convolution):
+            layer, scale = student.layers[model.key(op.name)], float(tensors["weight_scales"][i])
+            weight = (tensors[f"{i}.weight"].astype(np.float32) - tensors["weight_zero_points"][i]) * scale
+            layer.weight.copy_(torch.from_numpy(weight).permute(0, 3, 1, 2))
+            bias = torch.from_numpy(tensors[f"{i}.bias"] * (float(tensors["scales"][number[op.input]]) * scale)).float()
+            if layer.norm is None:
+                layer.bias.copy_(bias)
+            else:
+                layer.norm.weight.fill_(1)
+                layer.norm.bias.copy_(bias)
+                layer.norm.running_mean.zero_()
+                layer.norm.running_var.fill_(1 - layer.norm.eps)
+                layer.norm.register_forward_pre_hook(lambda norm, inputs: statistics.setdefault(norm, []).append(
+                    torch.var_mean(inputs[0], (0, 2, 3), unbiased=False)))
+    student.eval()
+    for colours in photographs:
+        student(colours)
+    for norm, found in statistics.items():
+        norm._forward_pre_hooks.clear()
+        variance, mean = (torch.stack(values).mean(0) for values in zip(*found))
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(variance)
+        norm.weight.copy_((variance + norm.eps).sqrt())
+        norm.bias.add_(mean)
+    student.train()
+
+
+def load_quantised(path, folder, weight_bits):
     """(the quantised network of a checkpoint in evaluation mode, the checkpoint). One that is not in 8 bits yet is rounded to them, with
     ranges from photographs of `folder` (of prepare.py)."""
     state = torch.load(path)
     if state["ranges"]:
-        net = Quantised(state["ranges"])
+        net = Quantised(state["ranges"], weight_bits)
         net.load_state_dict(state["average"])
     else:
         student = model.Student().eval()
         student.load_state_dict(state["average"])
-        net = Quantised(find_ranges(student, train.calibration(data.Photographs(folder), np.random.default_rng(3)))).take(student)
+        net = Quantised(find_ranges(student, data.Photographs(folder).calibration(np.random.default_rng(3))), weight_bits).take(student)
     return net.eval(), state
 
 
@@ -133,11 +167,12 @@ def main():
     p.add_argument("--checkpoint", required=True)
     p.add_argument("--data", required=True, help="what the weights were trained on (of prepare.py), for the provenance")
     p.add_argument("--out", required=True)
+    p.add_argument("--weight-bits", type=int, default=8, help="7: weights that every instruction set multiplies at once, at some loss")
     p.add_argument("--note", default="", help="goes into the provenance: licences, say")
     p.add_argument("--example", help="also write a small photograph and what the network must make of it, as safetensors, to test readers with")
     a = p.parse_args()
     torch.manual_seed(0)
-    net, state = load_quantised(a.checkpoint, a.data)
+    net, state = load_quantised(a.checkpoint, a.data, a.weight_bits)
     with open(os.path.join(a.data, "index.json")) as file:
         names = [entry["name"] for entry in json.load(file)["entries"]]
     parameters, products = model.costs()

@@ -81,8 +81,9 @@ def operators():
             y = b.addition(f"merge{level}", skip, y)
         for i in range(RESIDUALS_UP[level]):
             y = b.residual(f"refine{level}.{i}", y)
-    y = b.convolution("last", y, CHANNELS_UP[0], 3, relu=True)
-    b.convolution("disparity", y, 1, 3, normalised=False)
+    # Beside the ReLU leads a way without one: with that alone, disparity ended at a constant where all of its channels were 0.
+    detail = b.convolution("detail", b.convolution("last", y, CHANNELS_UP[0], 3, relu=True), 1, 3, normalised=False)
+    b.addition("disparity", b.convolution("direct", y, 1, 3, normalised=False), detail)
     return b.operators
 
 
@@ -123,7 +124,7 @@ class Student(nn.Module):
         for op in self.operators:  # every normalised shortcut block starts as the identity
             if isinstance(op, Addition) and op.name.endswith(".sum") and self.layers[key(op.b)].norm is not None:
                 nn.init.constant_(self.layers[key(op.b)].norm.weight, 0.1)
-        nn.init.constant_(self.layers["disparity"].bias, 0.4)
+        nn.init.constant_(self.layers["direct"].bias, 0.4)
         last = {}
         for op in self.operators:
             for name in op[1:3] if isinstance(op, Addition) else op[1:2]:

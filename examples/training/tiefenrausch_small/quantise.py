@@ -42,11 +42,11 @@ class Requantise(torch.autograd.Function):
         return torch.ops.aten.threshold_backward(gradient, high - y, 0).mul_(factor), None, None, None
 
 
-def scale_and_zero_point(low, high):
-    """The quantisation that covers [low, high] and 0."""
+def scale_and_zero_point(low, high, most=255):
+    """The quantisation that covers [low, high] and 0 with whole numbers from 0 to `most`."""
     low, high = min(low, 0.0), max(high, 1e-6)
-    scale = float(np.float32((high - low) / 255))
-    return scale, int(min(255, max(0, round(-low / scale))))
+    scale = float(np.float32((high - low) / most))
+    return scale, int(min(most, max(0, round(-low / scale))))
 
 
 def best_range(values):
@@ -84,15 +84,17 @@ def find_ranges(student, batches):
     for op in student.operators:
         ranges[op.name] = (ranges[op.input] if isinstance(op, Enlargement)
                            else scale_and_zero_point(*best_range(torch.cat(seen[op.name]))))
+    # clipped, whatever is near would become one flat sheet
+    ranges["disparity"] = scale_and_zero_point(0.0, torch.cat(seen["disparity"]).max().item())
     return ranges
 
 
 class Quantised(nn.Module):
     """colour B x 3 x H x W in [0, 1], multiples of 1/255 -> disparity B x 1 x H x W"""
 
-    def __init__(self, ranges):
+    def __init__(self, ranges, weight_bits=8):
         super().__init__()
-        self.operators, self.ranges = operators(), ranges
+        self.operators, self.ranges, self.most_weight = operators(), ranges, 2 ** weight_bits - 1
         self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()
         for op in self.operators:
             if isinstance(op, Convolution):
@@ -113,8 +115,8 @@ class Quantised(nn.Module):
         """(weights less zero point, scale, zero point, bias) of a convolution, whole numbers in float32"""
         weight, bias = self.weights[key(op.name)], self.biases[key(op.name)]
         with torch.no_grad():
-            scale, zero_point = scale_and_zero_point(weight.min().item(), weight.max().item())
-        whole = Round.apply((weight / scale).clamp(-zero_point, 255 - zero_point))
+            scale, zero_point = scale_and_zero_point(weight.min().item(), weight.max().item(), self.most_weight)
+        whole = Round.apply((weight / scale).clamp(-zero_point, self.most_weight - zero_point))
         bias = Round.apply(bias / (self.ranges[op.input][0] * scale))
         return whole, scale, zero_point, bias
 

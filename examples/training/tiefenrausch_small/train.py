@@ -1,6 +1,6 @@
 """Trains the student on what prepare.py wrote. See README.md.
 
-    python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite [--watch FOLDER]
+    python3 train.py --data DATA --out FOLDER --hours H --backbone FILE.tflite | --weights FILE.safetensors [--watch FOLDER]
 
 Everything lies in FOLDER: checkpoint.pt (all that is needed to go on; a second start with the same FOLDER does), log.tsv, snapshots.
 To steer it, make a file there:
@@ -22,6 +22,7 @@ import torch
 
 import backbone
 import data
+import export
 import metrics
 from losses import aligned_error, losses
 from model import Student
@@ -32,7 +33,7 @@ WARM_UP = 300  # steps
 STAGES = (
     (0.30, 10 * 192 * 192, ((192, 192), (160, 224), (224, 160), (192, 224), (224, 192))),
     (0.60, 6 * 256 * 256, ((256, 256), (224, 288), (288, 224), (192, 320), (320, 192))),
-    (1.00, 4 * 288 * 384, ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))),
+    (1.00, 4 * 288 * 384, data.WHOLE),
 )
 QUANTISED_FROM = 0.80  # share of the schedule that is trained in floating point; the rest has 8 bits
 LAST = 0.70  # share of the schedule that `finish` goes on from
@@ -71,11 +72,6 @@ class Watched:
             colour = torch.from_numpy(photo).permute(2, 0, 1)[None].float().div(255).contiguous(memory_format=torch.channels_last)
             found.append(metrics.compare(net(colour)[0, 0].numpy(), truth))
         return {m: float(np.nanmean([f[m] for f in found])) for m in ("delta", "abs_rel", "edges")} if found else {}
-
-
-def calibration(photographs, rng):
-    """What the ranges of the 8-bit tensors are found from."""
-    return [photographs.batch(rng, 4, shape)[0] for shape in STAGES[-1][2] for _ in range(2)]
 
 
 class Run:
@@ -180,7 +176,8 @@ def arguments():
     p.add_argument("--data", required=True, help="folder that prepare.py wrote")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--hours", type=float, default=6.0, help="processor hours of the whole schedule")
-    p.add_argument("--backbone", help="the TFLite file to start from (backbone.py); without it, from nothing")
+    p.add_argument("--backbone", help="the TFLite file to start from (backbone.py)")
+    p.add_argument("--weights", help="the safetensors file of an earlier training to start from; without either, from nothing")
     p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=os.cpu_count())
@@ -197,15 +194,18 @@ def main():
     def path(name):
         return os.path.join(a.out, name)
 
+    photographs = data.Photographs(a.data)
     run, checkpoint = Run(), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
-    elif a.backbone:
-        backbone.start_from(run.net, a.backbone)
+    elif a.weights or a.backbone:
+        if a.backbone:
+            backbone.start_from(run.net, a.backbone)
+        else:
+            export.start_from(run.net, a.weights, photographs.calibration(np.random.default_rng(3)))
         run.use(run.net)
     rng = np.random.default_rng([7, run.step])
     cv2.setRNGSeed(run.step)
-    photographs = data.Photographs(a.data)
     validation = photographs.validation_batches((288, 384))
     watched = Watched(a.watch)
     print(f"{len(photographs.train)} photographs, {len(photographs.held_out)} more held out; from step {run.step}", flush=True)
@@ -216,7 +216,7 @@ def main():
     before, processor = run.seconds, time.process_time()
     started, first = time.time(), run.step
     saved, looked, snapped = time.time(), run.seconds if run.step > 0 else -math.inf, run.seconds
-    means, rates = {}, {}
+    means = {}
     ahead = data.Ahead(photographs, [7, run.step])
 
     def want(progress):
@@ -244,7 +244,8 @@ def main():
                 if new:
                     log.write("\t".join(columns) + "\n")
                 log.write("\t".join(f"{v:.6g}" for v in columns.values()) + "\n")
-            left = (time.time() - started) * (1 - progress) / max(1e-9, progress - rates.setdefault("start", progress)) / 60
+            # of wall-clock time, at the rate of processor time so far
+            left = (run.seconds / progress - run.seconds) * (time.time() - started) / (run.seconds - before) / 60 if progress > 0 else math.nan
             print(f"{time.strftime('%H:%M:%S')} step {run.step} ({100 * progress:.1f} %, {pace:.2f} steps/s, {left:.0f} min left)  "
                   + "  ".join(f"{n} {v:.4f}" for n, v in means.items()) + f"  held out: error {error:.4f}, gradient {difference:.4f}  watched: "
                   + ", ".join(f"{n} {v:.3f}" for n, v in seen.items()), flush=True)
@@ -258,7 +259,7 @@ def main():
             break
         if progress >= QUANTISED_FROM and run.ranges is None:
             run.save(path("float.pt"))
-            run.quantise(calibration(photographs, rng))
+            run.quantise(photographs.calibration(rng))
             print(f"step {run.step}: on in 8 bits", flush=True)
         want(progress)
         rate = a.rate * min(1.0, (run.step - run.since + 1) / WARM_UP) * rate_at(progress)
