@@ -137,11 +137,11 @@ public:
     quantization level_quantization() const { return network_.output_quantization(); }
 
     /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
-    /// equal in disparity itself, their ratio is that in the middle of its range.
+    /// equal in disparity itself, their ratio is that of the two nearest values.
     float quantization_step() const {
-        if (output_ == network_output::log_disparity) return detail::exponential(level_quantization().scale);
         const std::array<float, 256> table = disparity_table();
-        return table[128] / table[127];
+        return output_ == network_output::log_disparity ? detail::exponential(level_quantization().scale)
+                                                        : table[255] / table[254];
     }
 
 private:
