@@ -12,7 +12,7 @@ import shapes
 
 # How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
-                 "depth": 2.0}  # "depth": photographs with measured depth
+                 "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
 PASTED = 0.45  # the share of crops with something pasted in front
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
@@ -105,7 +105,7 @@ class Photographs:
     def __init__(self, folder):
         self.library = Library(folder)
         photos = [e for e in self.library.entries]
-        plain = [e for e in photos if e["source"] != "depth"]
+        plain = [e for e in photos if e["source"] not in ("depth", "scene")]
         self.held_out = plain[::VALIDATION_EVERY]
         skip = {e["name"] for e in self.held_out}
         self.train = [e for e in photos if e["name"] not in skip]

@@ -14,14 +14,12 @@ with open(sys.argv[1]) as file:
     rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file, delimiter="\t")][1:]  # the first is the untrained network
 hours = [row["processor_hours"] for row in rows]
 figure, axes = plt.subplots(1, 3, figsize=(13, 3.6), constrained_layout=True)
-for axis, names, title in ((axes[0], ("data", "gradient"), "loss on augmented crops"), (axes[1], ("spread", "held_out_gradient"), "error on held-out photographs"),
-                           (axes[2], ("delta",), "share within 1.25 of the teacher, held out")):
+for axis, names, title in ((axes[0], ("data", "gradient"), "loss on augmented crops"), (axes[1], ("held_out_error", "held_out_gradient"), "error on held-out photographs"),
+                           (axes[2], ("delta", "edges"), "photographs with depth: share within 1.25, F1 of edges")):
     for name in names:
         axis.plot(hours, [row[name] for row in rows], label=name)
     axis.set_title(title)
     axis.set_xlabel("processor hours")
     axis.grid(alpha=0.3)
-    if len(names) > 1:
-        axis.set_yscale("log")
-        axis.legend()
+    axis.legend()
 figure.savefig(sys.argv[2], dpi=110)

@@ -70,7 +70,8 @@ def measured(folder):
         scale = min(1.0, LABEL_SIDE / max(label.shape))
         size = (round(label.shape[1] * scale), round(label.shape[0] * scale))
         label = labels.in_range(cv2.resize(label, size, interpolation=cv2.INTER_NEAREST))
-        yield name, "depth", shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
+        source = "scene" if name.startswith("scene_") else "depth"  # of scenes.cpp, or measured
+        yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
 
 
 def main():

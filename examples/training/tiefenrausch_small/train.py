@@ -237,7 +237,8 @@ def main():
             error, difference = validate(run.average, validation)
             seen = watched.measure(run.average)
             pace = (run.step - first) / (time.time() - started)
-            columns = {"step": run.step, "samples": run.samples, "processor_hours": run.seconds / 3600, "progress": progress, **means,
+            columns = {"step": run.step, "samples": run.samples, "processor_hours": run.seconds / 3600, "progress": progress,
+                       **{n: means.get(n, math.nan) for n in ("data", "gradient", "anchor", "norm")},
                        "held_out_error": error, "held_out_gradient": difference, **seen}
             new = not os.path.exists(path("log.tsv"))
             with open(path("log.tsv"), "a") as log:
