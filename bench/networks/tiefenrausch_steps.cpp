@@ -1,9 +1,10 @@
-// Where the time of the depth network goes: one line for each of its steps (a block, or a layer that belongs to none), named by
-// the tensor that it makes, with the share that it reaches of what the processor can multiply at most, measured in the same run.
+// Where the time of the depth networks goes, the published one's and ours: one line for each of their steps (a block, or a layer
+// that belongs to none), named by the tensor that it makes, with the share that it reaches of what the processor can multiply at
+// most, measured in the same run.
 //
 // Every line is the least of many runs, each of the whole network; --benchmark_filter only chooses which lines are shown.
 #include <bench/support/peak_products.hpp>
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/io/tiefenrausch_file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 
@@ -55,18 +56,11 @@ void report(const std::string& name, double time, double products, double peak) 
     benchmark::RegisterBenchmark(name.c_str(), line)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
-const bool registered = [] {
-    const auto operators = ldi_test::read_bytes(folder + "model/tiefenrausch.pb");
-    const auto weights = ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb");
-    const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
-    if (operators.empty() || photo.values.empty()) return false;  // the published network is absent
-    ldi::image<std::uint8_t> rgb = ldi::make_image<std::uint8_t>(384, 288, 3);
-    std::copy(photo.values.begin(), photo.values.end(), rgb.data());
-    const ldi::tiefenrausch network(ldi::read_caffe2(operators, weights));
-    const auto steps = network.describe_steps({384, 288});
+void report_steps(const std::string& name, const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb) {
+    const auto steps = network.describe_steps({ldi::height(rgb), ldi::width(rgb)});
     const std::vector<double> times = measure(network, rgb, steps.size());
     const double peak = ldi_bench::peak_products(network.target());
-    const std::string prefix = "tiefenrausch/" + std::string(to_string(network.target())) + "/";
+    const std::string prefix = name + "/" + std::string(to_string(network.target())) + "/";
     double time = 0, products = 0;
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const auto& s = steps[i];
@@ -76,6 +70,16 @@ const bool registered = [] {
         time += times[i], products += here;
     }
     report(prefix + "all steps", time, products, peak);
+}
+
+const bool registered = [] {
+    const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
+    if (photo.values.empty()) return false;
+    ldi::image<std::uint8_t> rgb = ldi::make_image<std::uint8_t>(384, 288, 3);
+    std::copy(photo.values.begin(), photo.values.end(), rgb.data());
+    report_steps("tiefenrausch", ldi::load_depth_network(folder + "model"), rgb);
+    report_steps("tiefenrausch_small", ldi::load_depth_network(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"),
+                 rgb);
     return true;
 }();
 

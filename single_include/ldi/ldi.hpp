@@ -3940,6 +3940,10 @@ struct gemm_u8_weights {
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
     float_requantization fast;
+
+    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of them
+    /// would be empty too.
+    bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 namespace detail {
@@ -5647,7 +5651,7 @@ private:
 /// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
 /// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     std::vector<gemm_term> terms;
@@ -5848,7 +5852,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     gemm_panel panel{segments,
                      weights.segments,
@@ -5910,7 +5914,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -6095,7 +6099,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (weights.inputs + gemm_group - 1) / gemm_group;
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
@@ -6361,7 +6365,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -6532,7 +6536,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
-    kinds.begin()[weights.outputs == 1](weights, segments, pixel_stride, pixels, result);
+    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
 }  // namespace ldi::wasm_simd128

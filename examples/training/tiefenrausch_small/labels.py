@@ -5,6 +5,7 @@ import numpy as np
 LAYOUT, DETAIL = ("192", "256"), "384"  # short sides at which the teacher sees how things lie, and where they end
 COARSE_SIGMA = 6.0  # pixels of the label: what is smoother comes from the layout
 AGREEMENT = 0.8  # correlation of what the teacher says at its smallest and its largest size, below which it is not believed
+FAR, OPEN = -1.2, 0.1  # log disparity that the published network has for the sky and the like; the share of it that makes a landscape
 SNAP_RADIUS, SNAP_ROUNDS = 9, 2  # of the weighted median that moves steps to colour edges
 LOW, HIGH = 0.5, 99.5  # percentiles of a label that become NEAR_FAR
 NEAR_FAR = 0.05, 1.0
@@ -32,14 +33,18 @@ def merged(sizes):
 
 
 def chosen(teacher, published):
-    """The teacher's answer, or the published network's where the teacher contradicts itself (patterned walls, ornate rooms, naves).
+    """The teacher's answer; the published network's where the teacher contradicts itself (patterned walls, ornate rooms, naves); the mean
+    of both in open landscapes, where the published one parts trees, roofs and mountains from the sky.
 
     teacher    {short side: disparity}
-    published  {long side: log disparity}"""
-    if np.corrcoef(teacher[LAYOUT[0]].ravel(), teacher[DETAIL].ravel())[0, 1] >= AGREEMENT:
-        return merged(teacher)
+    published  {long side: log disparity}; returns H x W, standardised"""
     layout = (published["224"] + published["288"]) / 2
-    return standardised(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
+    other = standardised(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
+    if np.corrcoef(teacher[LAYOUT[0]].ravel(), teacher[DETAIL].ravel())[0, 1] < AGREEMENT:
+        return other
+    if (published["384"] < FAR).mean() > OPEN:
+        return (merged(teacher) + other) / 2
+    return merged(teacher)
 
 
 def snapped(disparity, photo):

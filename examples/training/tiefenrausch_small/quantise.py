@@ -42,11 +42,17 @@ class Requantise(torch.autograd.Function):
         return torch.ops.aten.threshold_backward(gradient, high - y, 0).mul_(factor), None, None, None
 
 
-def scale_and_zero_point(low, high, most=255):
-    """The quantisation that covers [low, high] and 0 with whole numbers from 0 to `most`."""
+def scale_and_zero_point(low, high):
+    """The quantisation that covers [low, high] and 0."""
     low, high = min(low, 0.0), max(high, 1e-6)
-    scale = float(np.float32((high - low) / most))
-    return scale, int(min(most, max(0, round(-low / scale))))
+    scale = float(np.float32((high - low) / 255))
+    return scale, int(min(255, max(0, round(-low / scale))))
+
+
+def weight_quantisation(low, high, bits):
+    """As much below 0 as above: weights less their zero point are signed bytes, which processors multiply three times faster than wider ones."""
+    half = 2 ** (bits - 1)
+    return float(np.float32(max(-low / half, high / (half - 1), 1e-9))), half
 
 
 def best_range(values):
@@ -94,7 +100,7 @@ class Quantised(nn.Module):
 
     def __init__(self, ranges, weight_bits=8):
         super().__init__()
-        self.operators, self.ranges, self.most_weight = operators(), ranges, 2 ** weight_bits - 1
+        self.operators, self.ranges, self.weight_bits = operators(), ranges, weight_bits
         self.weights, self.biases = nn.ParameterDict(), nn.ParameterDict()
         for op in self.operators:
             if isinstance(op, Convolution):
@@ -115,8 +121,8 @@ class Quantised(nn.Module):
         """(weights less zero point, scale, zero point, bias) of a convolution, whole numbers in float32"""
         weight, bias = self.weights[key(op.name)], self.biases[key(op.name)]
         with torch.no_grad():
-            scale, zero_point = scale_and_zero_point(weight.min().item(), weight.max().item(), self.most_weight)
-        whole = Round.apply((weight / scale).clamp(-zero_point, self.most_weight - zero_point))
+            scale, zero_point = weight_quantisation(weight.min().item(), weight.max().item(), self.weight_bits)
+        whole = Round.apply((weight / scale).clamp(-zero_point, zero_point - 1))
         bias = Round.apply(bias / (self.ranges[op.input][0] * scale))
         return whole, scale, zero_point, bias
 

@@ -118,7 +118,7 @@ private:
 /// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
 /// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     std::vector<gemm_term> terms;
@@ -319,7 +319,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     gemm_panel panel{segments,
                      weights.segments,

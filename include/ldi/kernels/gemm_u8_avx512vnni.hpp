@@ -32,7 +32,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
@@ -217,7 +217,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    if (weights.outputs == 1) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
     const std::size_t groups = (weights.inputs + gemm_group - 1) / gemm_group;
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),

@@ -32,7 +32,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    if (packed.outputs == 1) return pack_single_output(packed, weights, weight_zero_point);
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -203,7 +203,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
-    kinds.begin()[weights.outputs == 1](weights, segments, pixel_stride, pixels, result);
+    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
 }  // namespace ldi::wasm_simd128
