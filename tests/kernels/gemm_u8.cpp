@@ -91,6 +91,19 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
     CHECK(packed_as_asked > sets.size() * 1990);
 }
 
+TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of many") {
+    ldi_test::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    std::size_t broken = 0;
+    for (std::size_t inputs = 1; inputs < 200; ++inputs) {
+        product p = any_product(random, random.size_in(1, 3), inputs, 1, random.size_in(1, 40));
+        p.weight_zero = random.in(127, 128);
+        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        for (ldi::isa set : sets) broken += p.compute(p.pack(set)) != expected;
+    }
+    CHECK(broken == 0);
+}
+
 TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
     ldi_test::random_bytes random;
     for (int round = 0; round < 40; ++round) {
