@@ -37,7 +37,7 @@ missing_needs() {
             command) command -v "$name" >/dev/null || printf '%s\n' "$need" ;;
             header) headers+="#if !__has_include(<$name>)"$'\n'"$need"$'\n'"#endif"$'\n' ;;
             module) /usr/bin/python3 -c "import $name" 2>/dev/null || printf '%s\n' "$need" ;;
-            shared) ldconfig -p | grep -q "$name" || printf '%s\n' "$need" ;;
+            shared) compgen -G "/usr/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
             library) compgen -G "/usr/lib/llvm-*/lib/clang/*/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
         esac
     done
