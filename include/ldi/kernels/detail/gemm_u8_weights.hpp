@@ -30,8 +30,8 @@ struct gemm_u8_weights {
     /// unfused_requantization.
     float_requantization fast;
 
-    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of them
-    /// would be empty too.
+    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
+    /// them would be empty too.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
