@@ -1,6 +1,5 @@
 # The two targets that a user links: ldi::ldi, and ldi::io for files and third-party formats.
 
-find_package(xtensor REQUIRED)
 find_package(Threads REQUIRED)
 
 add_library(ldi INTERFACE)
@@ -9,7 +8,7 @@ target_compile_features(ldi INTERFACE cxx_std_20)
 target_include_directories(ldi INTERFACE
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>"
     "$<INSTALL_INTERFACE:include>")
-target_link_libraries(ldi INTERFACE xtensor Threads::Threads)
+target_link_libraries(ldi INTERFACE Threads::Threads)
 
 if(LDI_BUILD_IO)
     find_package(stb REQUIRED)

@@ -20,7 +20,7 @@ UMBRELLA = "ldi/ldi.hpp"
 RESULT = ROOT / "single_include" / UMBRELLA
 
 # What ldi.hpp leaves out on purpose: what needs files or third-party formats, and the forward declarations.
-LEFT_OUT = re.compile(r"ldi/(io/.*|networks/(detail/)?caffe2.*|fwd\.hpp|ldi\.hpp)")
+LEFT_OUT = re.compile(r"ldi/(formats/.*|fwd\.hpp|ldi\.hpp)")
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")
 QUOTED_INCLUDE = re.compile(r'\s*#\s*include\s*"')

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The whole test suite: with g++, then with the address and undefined behaviour sanitizers, then Khronos' glTF validator on the
+# The whole test suite: with g++, then with the address and undefined behavior sanitizers, then Khronos' glTF validator on the
 # sample's 3D photo. Installs what is missing. Arguments go to CMake. Ends with "N passed, N failed".
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

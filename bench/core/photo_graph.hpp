@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ldi/core/graph.hpp>
-#include <ldi/io/photo.hpp>
+#include <ldi/formats/photo.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -22,16 +22,16 @@ inline constexpr std::int32_t photo_width = 1152, photo_height = 1536;
 inline std::optional<graph> photo_graph() {
     const std::filesystem::path path = std::filesystem::path(LDI_SHARED_DIR) / "rgbd" / "lensblur_exifr_disparity.png";
     if (!std::filesystem::exists(path)) return std::nullopt;
-    const image<std::uint8_t> disparity = load_photo(path).colour;
+    const image<std::uint8_t> disparity = load_photo(path).color;
     graph g = make_grid(photo_width, photo_height);
     const auto value = [&](std::int32_t pixel) {
-        const std::size_t x = static_cast<std::size_t>(pixel % photo_width) * width(disparity) / photo_width;
-        const std::size_t y = static_cast<std::size_t>(pixel / photo_width) * height(disparity) / photo_height;
+        const std::size_t x = static_cast<std::size_t>(pixel % photo_width) * disparity.width() / photo_width;
+        const std::size_t y = static_cast<std::size_t>(pixel / photo_width) * disparity.height() / photo_height;
         return static_cast<float>(disparity(y, x, 0)) / 255.0F;
     };
     for (std::int32_t i = 0; i < photo_width * photo_height; ++i)
         for (const side s : {side::up, side::left})
-            if (g.neighbour(i, s) != no_pixel && std::abs(value(i) - value(g.neighbour(i, s))) > 0.05F) g.unlink(i, s);
+            if (g.neighbor(i, s) != no_pixel && std::abs(value(i) - value(g.neighbor(i, s))) > 0.05F) g.unlink(i, s);
     return g;
 }
 

@@ -21,7 +21,7 @@ void windows_of_photo(benchmark::State& state) {
     std::vector<std::int32_t> pixels;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(g->size()); ++i)
         if (std::any_of(std::begin(ldi::all_sides), std::end(ldi::all_sides),
-                        [&](ldi::side s) { return g->neighbour(i, s) == ldi::no_pixel; }))
+                        [&](ldi::side s) { return g->neighbor(i, s) == ldi::no_pixel; }))
             pixels.push_back(i);
     for (auto _ : state)
         for (const std::int32_t pixel : pixels) {

@@ -5,9 +5,9 @@
 //
 // The photo is one of ../shared/rgbd with its disparity where present, else the shipped sample.
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <benchmark/benchmark.h>
@@ -77,7 +77,7 @@ workload load() {
     const ldi::given_disparity depth{
         ldi::fill_invalid(ldi::load_depth_map(has_shared ? shared / "iphone_a_disparity.png" : sample / "sample_depth.png"))};
     const ldi::photo3d photo =
-        ldi::make_photo3d(ldi::load_photo(has_shared ? shared / "iphone_a.jpg" : sample / "sample.jpg").colour, depth,
+        ldi::make_photo3d(ldi::load_photo(has_shared ? shared / "iphone_a.jpg" : sample / "sample.jpg").color, depth,
                           ldi::diffusion_inpainter(), options, one_thread);
     const ldi::flat_mesh mesh = ldi::build_flat_mesh(photo.layers.topology, photo.layers.column<ldi::disparity_column>(),
                                                      photo.charts, photo.range, options.mesh, one_thread);

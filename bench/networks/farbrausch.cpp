@@ -1,13 +1,13 @@
 // The inpainting network on layered images, one thread, with every arithmetic that this machine has: milliseconds of every step,
-// the share of pixels that are computed at every level, the peak of its working memory, and how far the inpainted colours are
+// the share of pixels that are computed at every level, the peak of its working memory, and how far the inpainted colors are
 // from those in float32.
 //
 //   ldi_bench_networks_farbrausch                 a real photo at 1152 x 1536, and the shipped sample, most of whose objects
 //                                                 hide something
 //   ldi_bench_networks_farbrausch LONG_SIDE...    the photo at these sizes, a line each, for a plot
 #include <bench/support/converted_photo.hpp>
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
 
 #include <algorithm>
@@ -148,11 +148,11 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     std::printf("\n%.2f GMAC\n", products_in_all / 1e9);
 }
 
-/// Of the inpainted colours to those in float32, in dB.
+/// Of the inpainted colors to those in float32, in dB.
 double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausch& exact, const ldi::photo_layers& layers) {
     ldi::serial_executor serial;
     const std::vector<std::uint8_t> unknown = unknown_of(layers);
-    const std::vector<float> a = network.colours(layers, unknown, serial), b = exact.colours(layers, unknown, serial);
+    const std::vector<float> a = network.colors(layers, unknown, serial), b = exact.colors(layers, unknown, serial);
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += std::pow(double{std::clamp(a[i], 0.0F, 1.0F)} - double{std::clamp(b[i], 0.0F, 1.0F)}, 2.0);
@@ -191,7 +191,7 @@ ldi::photo_layers sample() {
     ldi::photo3d_options options;
     options.normalize.is_inverse_depth = false;
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(folder / "sample_depth.png"))};
-    return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").colour, depth, ldi::diffusion_inpainter(), options).layers;
+    return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color, depth, ldi::diffusion_inpainter(), options).layers;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // The depth network as published, on a real photo at 384 x 288: 6.83 billion multiplications. Peers on one thread of another
 // machine: QNNPACK 603 ms, ONNX Runtime 129 ms, oneDNN 66 ms.
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/formats/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 
@@ -20,7 +20,7 @@ const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
 
 ldi::image<std::uint8_t> photo() {
     const auto array = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_1024x768_rgb.npy");
-    ldi::image<std::uint8_t> result = ldi::make_image<std::uint8_t>(1024, 768, 3, std::uint8_t{0});
+    ldi::image<std::uint8_t> result(1024, 768, 3, std::uint8_t{0});
     if (array.values.size() == result.size()) std::copy(array.values.begin(), array.values.end(), result.data());
     return result;
 }

@@ -4,7 +4,7 @@
 //
 // Every line is the least of many runs, each of the whole network; --benchmark_filter only chooses which lines are shown.
 #include <bench/support/peak_products.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 
@@ -31,7 +31,7 @@ const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
 std::vector<double> measure(const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb, std::size_t steps) {
     constexpr std::size_t runs = 31;
     std::vector<double> fewest(steps, 1e9);
-    std::vector<std::byte> memory(network.working_bytes({ldi::height(rgb), ldi::width(rgb)}, 1));
+    std::vector<std::byte> memory(network.working_bytes({rgb.height(), rgb.width()}, 1));
     ldi::serial_executor serial;
     for (std::size_t run = 0; run < runs; ++run) {
         std::size_t step = 0;
@@ -57,7 +57,7 @@ void report(const std::string& name, double time, double products, double peak) 
 }
 
 void report_steps(const std::string& name, const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb) {
-    const auto steps = network.describe_steps({ldi::height(rgb), ldi::width(rgb)});
+    const auto steps = network.describe_steps({rgb.height(), rgb.width()});
     const std::vector<double> times = measure(network, rgb, steps.size());
     const double peak = ldi_bench::peak_products(network.target());
     const std::string prefix = name + "/" + std::string(to_string(network.target())) + "/";
@@ -75,7 +75,7 @@ void report_steps(const std::string& name, const ldi::tiefenrausch& network, con
 const bool registered = [] {
     const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
     if (photo.values.empty()) return false;
-    ldi::image<std::uint8_t> rgb = ldi::make_image<std::uint8_t>(384, 288, 3);
+    ldi::image<std::uint8_t> rgb(384, 288, 3);
     std::copy(photo.values.begin(), photo.values.end(), rgb.data());
     report_steps("tiefenrausch", ldi::load_depth_network(folder + "model"), rgb);
     report_steps("tiefenrausch_small", ldi::load_depth_network(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors"),

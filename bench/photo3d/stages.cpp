@@ -3,8 +3,8 @@
 //
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 
-#include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/layers/grain.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/grain.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "bench/support/converted_photo.hpp"
@@ -73,7 +73,7 @@ const auto registered = [] {
     measure("occluded geometry", 31, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] {
             ldi::photo_layers lifted = ldi::lift(photo().photo, photo().disparity, options.lift);
-            ldi::mark_mixed_colours(lifted, options.mixed_colours);
+            ldi::mark_mixed_colors(lifted, options.mixed_colors);
             return lifted;
         });
         const auto curves =
@@ -81,7 +81,7 @@ const auto registered = [] {
         ldi::close_spurious_discontinuities(layers.topology, curves);
         return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
     });
-    measure("colour inpainting (diffusion)", 540, [](benchmark::State& state) {
+    measure("color inpainting (diffusion)", 540, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
         ldi::diffusion_inpainter().inpaint(layers, one_thread);
         return layers;
@@ -98,8 +98,8 @@ const auto registered = [] {
             [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
     measure("meshing", 11, [](benchmark::State&) {
         return ldi::build_mesh(photo().layers.topology, photo().layers.column<ldi::disparity_column>(), photo().charts,
-                               photo().atlas.placements, static_cast<std::int32_t>(ldi::width(photo().atlas.colour)),
-                               static_cast<std::int32_t>(ldi::height(photo().atlas.colour)), photo().camera, photo().range,
+                               photo().atlas.placements, static_cast<std::int32_t>(photo().atlas.color.width()),
+                               static_cast<std::int32_t>(photo().atlas.color.height()), photo().camera, photo().range,
                                options.mesh, one_thread);
     });
     return true;

@@ -5,11 +5,11 @@
 #include "estimated_views.hpp"
 #include "metrics.hpp"
 
-#include <ldi/core/executor.hpp>
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/file.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -44,10 +44,10 @@ inline std::vector<rgbd_pair> rgbd_pairs() {
         ldi::depth_map_options options;
         options.invalid_zero = true;
         options.scale = 1.0F / entry["scale"].get<float>();
-        if (entry["kind"] == "depth") options.kind = ldi::depth_map_kind::metres;
+        if (entry["kind"] == "depth") options.kind = ldi::depth_map_kind::meters;
         rgbd_pair p;
         p.name = entry["name"];
-        p.photo = ldi::load_photo(folder / entry["image"].get<std::string>()).colour;
+        p.photo = ldi::load_photo(folder / entry["image"].get<std::string>()).color;
         p.disparity = ldi::load_depth_map(folder / entry["map"].get<std::string>(), options);
         // What cropping the photographs of a pair took away is noted in words: "inverse depth is proportional to disparity
         // + 66.7".

@@ -4,12 +4,12 @@
 
 #include "metrics.hpp"
 
-#include <ldi/core/executor.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/depth/normalize.hpp>
-#include <ldi/io/depth_map.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/layers/discontinuity_curves.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -35,7 +35,7 @@ struct depth_quality {
     double abs_rel = unmeasured;      ///< mean error of distance, as a share of the distance
     double rmse = unmeasured;         ///< of distance, in median distances
     double edges = unmeasured;        ///< F1 of the edges, 4 pixels of slack
-    double boundaries = unmeasured;   ///< F1 of the steps between neighbouring pixels, none of slack
+    double boundaries = unmeasured;   ///< F1 of the steps between neighboring pixels, none of slack
     double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels that have one of the estimate within 3 pixels
     double order = unmeasured;        ///< share of pairs of pixels of which the farther one is taken for the nearer
 };
@@ -49,7 +49,7 @@ inline double median(std::vector<double> values) {
     return (upper + *std::max_element(values.begin(), values.begin() + half)) / 2;
 }
 
-/// Bilinear between pixel centres, the border repeated.
+/// Bilinear between pixel centers, the border repeated.
 inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t columns) {
     struct tap {
         std::size_t first, second;
@@ -66,8 +66,8 @@ inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t 
         }
         return result;
     };
-    map result = ldi::make_image<double>(rows, columns);
-    const std::vector<tap> across = taps(ldi::width(from), columns), down = taps(ldi::height(from), rows);
+    map result = ldi::image<double>(rows, columns);
+    const std::vector<tap> across = taps(from.width(), columns), down = taps(from.height(), rows);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) {
             const tap u = across[x], v = down[y];
@@ -83,10 +83,10 @@ inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t 
 /// The nearest sample of each pixel.
 template <class Scalar>
 ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std::size_t columns) {
-    ldi::image<Scalar> result = ldi::make_image<Scalar>(rows, columns);
+    ldi::image<Scalar> result(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x)
-            result(y, x, 0) = from(y * ldi::height(from) / rows, x * ldi::width(from) / columns, 0);
+            result(y, x, 0) = from(y * from.height() / rows, x * from.width() / columns, 0);
     return result;
 }
 
@@ -94,11 +94,11 @@ ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std
 template <class Scalar>
 ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
     const double scale =
-        static_cast<double>(ldi::tiefenrausch::long_side) / static_cast<double>(std::max(ldi::height(from), ldi::width(from)));
+        static_cast<double>(ldi::tiefenrausch::long_side) / static_cast<double>(std::max(from.height(), from.width()));
     const auto scaled = [&](std::size_t length) {
         return static_cast<std::size_t>(std::nearbyint(static_cast<double>(length) * scale));
     };
-    return sampled(from, scaled(ldi::height(from)), scaled(ldi::width(from)));
+    return sampled(from, scaled(from.height()), scaled(from.width()));
 }
 
 /// scale * estimate + shift with the least squared error where known
@@ -120,8 +120,8 @@ inline map aligned(const map& estimate, const map& truth, const pixel_set& known
 
 /// What has a pixel of the set within `reach` in both x and y.
 inline pixel_set widened(const pixel_set& from, std::size_t reach) {
-    const std::size_t rows = ldi::height(from), columns = ldi::width(from);
-    pixel_set result = ldi::make_image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
+    const std::size_t rows = from.height(), columns = from.width();
+    pixel_set result = ldi::image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) {
             if (from(y, x, 0) == 0) continue;
@@ -142,8 +142,8 @@ inline double count_both(const pixel_set& a, const pixel_set& b) {
 /// Pixels that differ from the one 4 to the right, or below, by a factor of 1.15 or more, both known.
 inline pixel_set edges_of(const map& disparity, const pixel_set& known) {
     constexpr std::size_t reach = 4;
-    const std::size_t rows = ldi::height(known), columns = ldi::width(known);
-    pixel_set found = ldi::make_image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
+    const std::size_t rows = known.height(), columns = known.width();
+    pixel_set found = ldi::image<std::uint8_t>(rows, columns, 1, std::uint8_t{0});
     for (const auto& [down, right] : {std::pair<std::size_t, std::size_t>{0, reach}, {reach, 0}})
         for (std::size_t y = 0; y + down < rows; ++y)
             for (std::size_t x = 0; x + right < columns; ++x) {
@@ -162,11 +162,11 @@ inline double edge_agreement(const map& ours, const map& truth, const pixel_set&
     return 2 * precision * recall / std::max(precision + recall, 1e-9);
 }
 
-/// F1 of the places where a pixel is nearer than its neighbour, on that side, by more than a ratio: the mean over ratios
+/// F1 of the places where a pixel is nearer than its neighbor, on that side, by more than a ratio: the mean over ratios
 /// from 1.05 to 1.25, each weighted by itself (Bochkovskii et al., "Depth Pro", 2024, scale-invariant boundary F1).
 inline double boundary_agreement(const map& ours, const map& truth, const pixel_set& known) {
     constexpr int ratios = 10;
-    const std::size_t rows = ldi::height(known), columns = ldi::width(known);
+    const std::size_t rows = known.height(), columns = known.width();
     struct counts {
         double ours = 0, true_ones = 0, both = 0;
     };
@@ -226,7 +226,7 @@ pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparit
     options.normalize.relative_step = step - 1;
     const ldi::photo3d made =
         ldi::make_photo3d(photo, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options, threads);
-    pixel_set result = ldi::make_image<std::uint8_t>(ldi::height(made.disparity), ldi::width(made.disparity), 1, std::uint8_t{0});
+    pixel_set result = ldi::image<std::uint8_t>(made.disparity.height(), made.disparity.width(), 1, std::uint8_t{0});
     for (const ldi::discontinuity_curve& curve : made.curves)
         for (const ldi::discontinuity& d : curve.sides) result.data()[d.front] = 1;
     return result;
@@ -237,20 +237,20 @@ pixel_set silhouettes_of(const picture& photo, const ldi::image<float>& disparit
 ///
 /// known_pixels  of any size
 inline double silhouettes_met(const pixel_set& ours, const pixel_set& truth, const pixel_set& known_pixels) {
-    pixel_set counted = sampled(known_pixels, ldi::height(truth), ldi::width(truth));
+    pixel_set counted = sampled(known_pixels, truth.height(), truth.width());
     for (std::size_t i = 0; i < counted.size(); ++i) counted.data()[i] = counted.data()[i] != 0 && truth.data()[i] != 0 ? 1 : 0;
     return count(counted) < 100 ? unmeasured : count_both(counted, widened(ours, 3)) / count(counted);
 }
 
 /// photo      H x W x 3
 /// disparity  h x w x 1 of any size, above 0: the estimate
-/// step       the ratio of its neighbouring values, as depth_estimator's quantization_step()
+/// step       the ratio of its neighboring values, as depth_estimator's quantization_step()
 /// truth      H x W x 1, disparity up to scale, NaN where unknown
 template <ldi::executor Executor>
 depth_quality measure_depth(const picture& photo, const ldi::image<float>& disparity, float step, const ldi::image<float>& truth,
                             Executor& threads) {
-    const std::size_t rows = ldi::height(truth), columns = ldi::width(truth);
-    pixel_set known = ldi::make_image<std::uint8_t>(rows, columns);
+    const std::size_t rows = truth.height(), columns = truth.width();
+    pixel_set known = ldi::image<std::uint8_t>(rows, columns);
     std::vector<double> values;
     for (std::size_t i = 0; i < truth.size(); ++i) {
         known.data()[i] = truth.data()[i] > 0 ? 1 : 0;
@@ -258,7 +258,7 @@ depth_quality measure_depth(const picture& photo, const ldi::image<float>& dispa
     }
     constexpr double farthest = 20;  // times the median distance: nothing counts as farther, in the truth or in the estimate
     const double least = median(values) / farthest;
-    map right = ldi::make_image<double>(rows, columns);
+    map right = ldi::image<double>(rows, columns);
     for (std::size_t i = 0; i < truth.size(); ++i)
         right.data()[i] = known.data()[i] != 0 ? std::max(static_cast<double>(truth.data()[i]), least) : least;
     map ours = aligned(resized(disparity, rows, columns), right, known);

@@ -7,7 +7,7 @@
 #include "novel_views.hpp"
 #include "subjects.hpp"
 
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
@@ -37,12 +37,12 @@ struct estimated_view {
 ///
 /// truth  H x W x 1, inverse depth, above 0; the result is h x w x 1 at the network's size
 inline ldi::image<float> aligned_estimate(const ldi::image<float>& estimate, const ldi::image<float>& truth) {
-    const std::size_t rows = ldi::height(estimate), columns = ldi::width(estimate);
+    const std::size_t rows = estimate.height(), columns = estimate.width();
     const map true_here = resized(truth, rows, columns);
-    const pixel_set known = ldi::make_image<std::uint8_t>(rows, columns, 1, std::uint8_t{1});
+    const pixel_set known = ldi::image<std::uint8_t>(rows, columns, 1, std::uint8_t{1});
     const map fitted = aligned(resized(estimate, rows, columns), true_here, known);
     const double least = *std::min_element(true_here.begin(), true_here.end()) / 2;
-    ldi::image<float> result = ldi::make_image<float>(rows, columns);
+    ldi::image<float> result(rows, columns);
     std::transform(fitted.begin(), fitted.end(), result.begin(),
                    [&](double d) { return static_cast<float>(std::max(d, least)); });
     return result;
@@ -59,14 +59,14 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
     const auto add = [&](const std::string& name, const ldi::image<float>& inverse_depth) {
         const ldi::photo3d made =
             ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, inpainter, true_depth_options(s, needed), threads);
-        const picture seen = ldi::rasterize(made.mesh, made.atlas.colour, s.other, raster, threads).colour;
+        const picture seen = ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads).color;
         result.whole.push_back(measure(seen, s.seen, frame));
         ldi::save_png(folder / ("estimated_" + s.name + "_" + name + ".png"), seen);
     };
     for (const auto& [name, network] : networks)
         add(name, aligned_estimate(network.disparity(s.photo, threads), s.inverse_depth));
     std::vector<double> values(s.inverse_depth.begin(), s.inverse_depth.end());
-    add("flat", ldi::make_image<float>(1, 1, 1, static_cast<float>(median(values))));
+    add("flat", ldi::image<float>(1, 1, 1, static_cast<float>(median(values))));
     add("true", s.inverse_depth);
     return result;
 }

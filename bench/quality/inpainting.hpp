@@ -13,11 +13,11 @@
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/weighted_median.hpp>
-#include <ldi/io/picture.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/layers/discontinuity_curves.hpp>
-#include <ldi/layers/lift.hpp>
-#include <ldi/layers/spurious_discontinuities.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/render/micro_polygons.hpp>
 #include <ldi/render/peel.hpp>
@@ -52,16 +52,16 @@ struct inpainting_result {
 template <class Inpainter, ldi::executor Executor>
 picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Executor& threads) {
     ldi::photo_layers grid(
-        ldi::make_grid(static_cast<std::int32_t>(ldi::width(r.colour)), static_cast<std::int32_t>(ldi::height(r.colour))));
-    std::copy(r.colour.begin(), r.colour.end(), grid.column<ldi::colour_column>().begin());
+        ldi::make_grid(static_cast<std::int32_t>(r.color.width()), static_cast<std::int32_t>(r.color.height())));
+    std::copy(r.color.begin(), r.color.end(), grid.column<ldi::color_column>().begin());
     std::copy(r.coverage.begin(), r.coverage.end(), grid.column<ldi::known_column>().begin());
     inpainter.inpaint(grid, threads, ldi::observer());
-    picture result = r.colour;
-    std::copy(grid.column<ldi::colour_column>().begin(), grid.column<ldi::colour_column>().end(), result.begin());
+    picture result = r.color;
+    std::copy(grid.column<ldi::color_column>().begin(), grid.column<ldi::color_column>().end(), result.begin());
     return result;
 }
 
-/// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colours.
+/// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colors.
 inline double cut_off_share(const ldi::photo_layers& layers) {
     const ldi::components parts = ldi::connected_components(layers.topology);
     const std::vector<std::uint8_t>& known = layers.column<ldi::known_column>();
@@ -115,7 +115,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     for (std::size_t i = 0; i < layer.size(); ++i) {
         is_first[i] = layer[i] == 0 ? 1 : 0;
         hidden.column<ldi::known_column>()[i] = is_first[i];
-        for (std::size_t c = 0; c < 3 && layer[i] > 0; ++c) hidden.column<ldi::colour_column>()[3 * i + c] = 0;
+        for (std::size_t c = 0; c < 3 && layer[i] > 0; ++c) hidden.column<ldi::color_column>()[3 * i + c] = 0;
     }
     ldi::photo_layers in_front = peeled.layers;
     in_front.keep(is_first);
@@ -142,22 +142,22 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         double sum = 0, count = 0;
         for (std::size_t i = 0; i < filled.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
-                const double d = static_cast<double>(filled.column<ldi::colour_column>()[3 * i + c]) -
-                                 static_cast<double>(peeled.layers.column<ldi::colour_column>()[3 * i + c]);
+                const double d = static_cast<double>(filled.column<ldi::color_column>()[3 * i + c]) -
+                                 static_cast<double>(peeled.layers.column<ldi::color_column>()[3 * i + c]);
                 sum += d * d, count += is_first[i] == 0 ? 1 : 0;
             }
         to.layered = psnr_of(sum / (3.0 * static_cast<double>(filled.size())));
         to.hidden = psnr_of(sum / std::max(count, 1.0));
         std::fill(filled.column<ldi::known_column>().begin(), filled.column<ldi::known_column>().end(), std::uint8_t{1});
-        return compare(reproject(filled).colour, to);
+        return compare(reproject(filled).color, to);
     };
     const picture by_network = in_layers(network, result.network);
     in_layers(ldi::diffusion_inpainter(), result.diffusion);
     const picture on_screen = compare(inpaint_picture(network, first, threads), result.network_in_screen_space);
     compare(inpaint_picture(ldi::diffusion_inpainter(), first, threads), result.diffusion_in_screen_space);
-    compare(truth.colour, result.truth);
+    compare(truth.color, result.truth);
 
-    picture wrapped = first.colour;
+    picture wrapped = first.color;
     for (std::size_t i = 0; i < holes.size(); ++i)
         if (first.coverage.data()[i] == 0) wrapped.data()[3 * i] = 255, wrapped.data()[3 * i + 2] = 255;
     const std::string name = "inpainting_" + s.name + (shift < 0 ? "_left_" : "_right_");
@@ -181,7 +181,7 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
     std::printf(
         "| picture | inpainted | of that cut off | Farbrausch, layers | Farbrausch, screen space | lead | diffusion, layers | "
         "diffusion, screen "
-        "space | true colours |\n|---|---|---|---|---|---|---|---|---|\n");
+        "space | true colors |\n|---|---|---|---|---|---|---|---|---|\n");
     const auto pair = [](const inpainted& i) { std::printf(" %.2f / %.2f |", i.whole.psnr, i.inside.psnr); };
     for (const inpainting_result& r : rows) {
         std::printf("| %s | %.1f %% | %.1f %% |", r.name.c_str(), 100 * r.inpainted_share, 100 * r.cut_off);
@@ -215,7 +215,7 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
     line("diffusion", &inpainting_result::diffusion, true);
     line("Farbrausch (screen space)", &inpainting_result::network_in_screen_space, false);
     line("diffusion (screen space)", &inpainting_result::diffusion_in_screen_space, false);
-    line("true colours, resampled twice", &inpainting_result::truth, false);
+    line("true colors, resampled twice", &inpainting_result::truth, false);
 }
 
 }  // namespace ldi_quality

@@ -75,7 +75,7 @@ inline std::vector<float> blurred(const std::vector<float>& values, std::size_t 
 /// Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004: the map,
 /// averaged over the channels, and over the pixels that count.
 inline double ssim(const picture& a, const picture& b, const mask& where) {
-    const std::size_t rows = ldi::height(a), columns = ldi::width(a), count = a.size();
+    const std::size_t rows = a.height(), columns = a.width(), count = a.size();
     std::vector<float> x(count), y(count), xx(count), yy(count), xy(count);
     for (std::size_t i = 0; i < count; ++i) {
         x[i] = static_cast<float>(a.data()[i]), y[i] = static_cast<float>(b.data()[i]);

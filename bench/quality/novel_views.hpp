@@ -4,8 +4,8 @@
 #include "metrics.hpp"
 #include "subjects.hpp"
 
-#include <ldi/io/picture.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
@@ -46,16 +46,16 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
 /// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
 inline mask frame_of(const subject& s) {
     const ldi::depth_range range = s.range();
-    mask result = ldi::make_image<std::uint8_t>(ldi::height(s.photo), ldi::width(s.photo));
-    for (std::size_t y = 0; y < ldi::height(result); ++y)
-        for (std::size_t x = 0; x < ldi::width(result); ++x) {
+    mask result = ldi::image<std::uint8_t>(s.photo.height(), s.photo.width());
+    for (std::size_t y = 0; y < result.height(); ++y)
+        for (std::size_t x = 0; x < result.width(); ++x) {
             bool inside = true;
             for (const float depth : {range.z_near, range.z_far}) {
                 const float shift = s.other.position[0] * s.camera.focal_length / depth;
                 const float there = static_cast<float>(x) + 0.5F + shift;
                 inside = inside && there >= 1 && there <= static_cast<float>(s.camera.width) - 1;
             }
-            ldi::row(result, y)[x] = inside ? 1 : 0;
+            result.row(y)[x] = inside ? 1 : 0;
         }
     return result;
 }
@@ -68,13 +68,13 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
     const auto render = [&](const auto& inpainter, int iterations) {
         const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{s.inverse_depth}, inpainter,
                                                     true_depth_options(s, iterations), threads);
-        return ldi::rasterize(made.mesh, made.atlas.colour, s.other, raster, threads);
+        return ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads);
     };
     const int needed = static_cast<int>(std::ceil(s.parallax())) + 2;
     const ldi::rendering none = render(network, 0), diffused = render(ldi::diffusion_inpainter(), needed),
                          expanded = render(network, needed), at_50 = render(ldi::diffusion_inpainter(), 50);
-    const std::array<picture, method_count> results{none.colour, diffused.colour, expanded.colour,
-                                                    network.inpaint(none.colour, none.coverage, threads)};
+    const std::array<picture, method_count> results{none.color, diffused.color, expanded.color,
+                                                    network.inpaint(none.color, none.coverage, threads)};
 
     novel_view result;
     result.name = s.name;

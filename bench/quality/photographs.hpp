@@ -5,8 +5,8 @@
 #include "estimated_views.hpp"
 #include "metrics.hpp"
 
-#include <ldi/io/photo.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/picture.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera.hpp>
@@ -40,9 +40,9 @@ inline std::vector<std::filesystem::path> ordinary_photographs() {
     return result;
 }
 
-/// A grey picture of values in [0, 1].
+/// A gray picture of values in [0, 1].
 inline picture shown(const ldi::image<float>& values) {
-    picture result = ldi::make_image<std::uint8_t>(ldi::height(values), ldi::width(values), 3);
+    picture result = ldi::image<std::uint8_t>(values.height(), values.width(), 3);
     for (std::size_t i = 0; i < values.size(); ++i)
         std::fill_n(result.data() + 3 * i, 3, static_cast<std::uint8_t>(255 * std::clamp(values.data()[i], 0.0F, 1.0F)));
     return result;
@@ -54,13 +54,13 @@ picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Exe
     std::vector<picture> parts;
     std::size_t columns = 0;
     for (const picture& p : pictures) {
-        parts.push_back(ldi::area_resize(p, rows, ldi::width(p) * rows / ldi::height(p), threads));
-        columns += ldi::width(parts.back());
+        parts.push_back(ldi::area_resize(p, rows, p.width() * rows / p.height(), threads));
+        columns += parts.back().width();
     }
-    picture result = ldi::make_image<std::uint8_t>(rows, columns, 3);
+    picture result = ldi::image<std::uint8_t>(rows, columns, 3);
     for (std::size_t y = 0; y < rows; ++y) {
-        std::uint8_t* to = ldi::row(result, y);
-        for (const picture& p : parts) to = std::copy_n(ldi::row(p, y), 3 * ldi::width(p), to);
+        std::uint8_t* to = result.row(y);
+        for (const picture& p : parts) to = std::copy_n(p.row(y), 3 * p.width(), to);
     }
     return result;
 }
@@ -75,7 +75,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
     options.long_side = 768;
     std::vector<std::vector<double>> hidden(networks.size());
     for (const std::filesystem::path& file : files) {
-        const picture photo = ldi::load_photo(file).colour;
+        const picture photo = ldi::load_photo(file).color;
         std::vector<picture> strip{photo};
         for (std::size_t i = 0; i < networks.size(); ++i) {
             const ldi::photo3d made = ldi::make_photo3d(photo, networks[i].second, ldi::diffusion_inpainter(), options, threads);
@@ -85,7 +85,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
             if (i + 1 < networks.size()) continue;
             const float movement = 0.04F * static_cast<float>(std::max(made.camera.width, made.camera.height));
             const ldi::view beside = ldi::moved_view(made.camera, made.range, 1, -movement);
-            strip.push_back(ldi::rasterize(made.mesh, made.atlas.colour, beside, {}, threads).colour);
+            strip.push_back(ldi::rasterize(made.mesh, made.atlas.color, beside, {}, threads).color);
         }
         ldi::save_png(folder / ("photograph_" + file.stem().string() + ".png"), side_by_side(strip, 288, threads));
     }

@@ -3,11 +3,11 @@
 
 #include <examples/photo3d/report.hpp>
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/glb.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/picture.hpp>
-#include <ldi/io/published_network.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/formats/published_network.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/photo3d.hpp>
 
@@ -78,10 +78,10 @@ inline std::vector<sized_photo> sized_photos() {
     return result;
 }
 
-template <ldi::colour_inpainter Inpainter>
+template <ldi::color_inpainter Inpainter>
 ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi::observer& watcher) {
     const ldi::serial_executor one_thread;
-    const ldi::image<std::uint8_t> photo = ldi::load_photo(p.photo).colour;
+    const ldi::image<std::uint8_t> photo = ldi::load_photo(p.photo).color;
     ldi::photo3d_options options;
     if (p.depth.empty()) {
         const ldi::tiefenrausch network = ldi::load_tiefenrausch(std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model");
@@ -93,7 +93,7 @@ ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi
 }
 
 /// The process must be fresh: memory is only measured while the system gets back what stages free.
-template <ldi::colour_inpainter Inpainter>
+template <ldi::color_inpainter Inpainter>
 void print_sizes(const Inpainter& inpainter) {
     const std::vector<sized_photo> photos = sized_photos();
     std::printf(
@@ -104,13 +104,13 @@ void print_sizes(const Inpainter& inpainter) {
     const sized_photo& measured = photos[std::min<std::size_t>(1, photos.size() - 1)];
     for (const sized_photo& p : photos) {
         const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).watcher());
-        const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.colour, 85);
+        const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.color, 85);
         ldi::glb_options options;
         options.camera = made.camera;
         std::printf("| %s | %d x %d | %zu | %zu | %zu | %zu | %zu x %zu | %.0f %% |\n", p.photo.filename().c_str(),
                     made.camera.width, made.camera.height, ldi::encode_glb(made.mesh, jpeg, options).size() / 1000,
-                    jpeg.size() / 1000, made.mesh.triangle_count(), made.charts.charts.size(), ldi::width(made.atlas.colour),
-                    ldi::height(made.atlas.colour), 100.0 * static_cast<double>(made.atlas.fill));
+                    jpeg.size() / 1000, made.mesh.triangle_count(), made.charts.charts.size(), made.atlas.color.width(),
+                    made.atlas.color.height(), 100.0 * static_cast<double>(made.atlas.fill));
     }
 #if defined(__GLIBC__)
     // As the program does: what the system charges for new pages is not the stages' work.

@@ -5,8 +5,8 @@
 
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo.hpp>
 #include <ldi/render/camera.hpp>
 
 #include <algorithm>
@@ -53,14 +53,14 @@ inline std::vector<subject> stereo_pairs() {
         }
         subject s;
         s.name = name;
-        s.photo = ldi::load_photo(path + ".png").colour;
-        s.seen = ldi::load_photo(path + "_right.png").colour;
+        s.photo = ldi::load_photo(path + ".png").color;
+        s.seen = ldi::load_photo(path + "_right.png").color;
         ldi::depth_map_options options;
         options.invalid_zero = true;
         options.scale = 1.0F / 256;
         s.inverse_depth = ldi::fill_invalid(ldi::load_depth_map(path + "_disparity.png", options));
-        const std::int32_t w = static_cast<std::int32_t>(ldi::width(s.photo)),
-                           h = static_cast<std::int32_t>(ldi::height(s.photo));
+        const std::int32_t w = static_cast<std::int32_t>(s.photo.width()),
+                           h = static_cast<std::int32_t>(s.photo.height());
         const float near_pixels = *std::max_element(s.inverse_depth.begin(), s.inverse_depth.end());
         for (float& d : s.inverse_depth) d /= near_pixels;
         s.camera = {w, h, ldi::focal_length_from_35mm(26, w, h)};
@@ -85,8 +85,8 @@ std::vector<subject> ray_cast_scenes(Executor& threads) {
         own.camera = s.camera;
         s.other = ldi::moved_view(s.camera, scene.range, 1, -51.2F);
         const ldi::scenes::picture photo = ldi::scenes::render(scene, own, options, threads);
-        s.photo = photo.colour;
-        s.seen = ldi::scenes::render(scene, s.other, options, threads).colour;
+        s.photo = photo.color;
+        s.seen = ldi::scenes::render(scene, s.other, options, threads).color;
         s.inverse_depth = photo.depth;
         for (float& d : s.inverse_depth) d = 1 / d;
         result.push_back(std::move(s));

@@ -3,10 +3,10 @@
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 #pragma once
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/published_network.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/published_network.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #if defined(__GLIBC__)
@@ -35,12 +35,12 @@ inline ldi::photo3d converted_photo(const ldi::photo3d_options& options = {}) {
     const std::filesystem::path photo = std::filesystem::path(LDI_SHARED_DIR) / "depth_companions/iphone_mpo_a.jpg";
     const ldi::diffusion_inpainter inpainter;
     if (const auto network = published_network(); network && std::filesystem::exists(photo))
-        return ldi::make_photo3d(ldi::load_photo(photo).colour, *network, inpainter, options, one_thread);
+        return ldi::make_photo3d(ldi::load_photo(photo).color, *network, inpainter, options, one_thread);
     const std::filesystem::path sample = std::filesystem::path(LDI_SOURCE_DIR) / "examples/photo3d";
     ldi::photo3d_options sample_options = options;
     sample_options.normalize.is_inverse_depth = false;
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(sample / "sample_depth.png"))};
-    return ldi::make_photo3d(ldi::load_photo(sample / "sample.jpg").colour, depth, inpainter, sample_options, one_thread);
+    return ldi::make_photo3d(ldi::load_photo(sample / "sample.jpg").color, depth, inpainter, sample_options, one_thread);
 }
 
 }  // namespace ldi_bench

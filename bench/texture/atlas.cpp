@@ -50,7 +50,7 @@ void chart_padding(benchmark::State& state) {
     for (auto _ : state) {
         const ldi::texture_atlas atlas = ldi::make_atlas(scene(), charts());
         fill = atlas.fill;
-        benchmark::DoNotOptimize(atlas.colour.data());
+        benchmark::DoNotOptimize(atlas.color.data());
     }
     report(state);
     state.counters["fill"] = fill;

@@ -1,7 +1,7 @@
 // Where the program finds what comes with it: the weights of the networks, and the viewer.
 #pragma once
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 
 #include <cstdlib>
 #include <filesystem>

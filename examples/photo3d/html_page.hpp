@@ -2,11 +2,11 @@
 #pragma once
 
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/io/file.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/picture.hpp>
 #include <ldi/kernels/area_resize.hpp>
 
 #include <algorithm>
@@ -86,10 +86,10 @@ inline std::string escape_html(std::string_view text) {
 inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
     constexpr std::size_t long_side = 512;
     constexpr int quality = 70;
-    const std::size_t longer = (std::max)(height(photo), width(photo)), shown = (std::min)(longer, long_side);
+    const std::size_t longer = (std::max)(photo.height(), photo.width()), shown = (std::min)(longer, long_side);
     const auto scaled = [&](std::size_t length) { return (std::max)(length * shown / longer, std::size_t{1}); };
     const serial_executor threads;
-    return encode_jpeg(area_resize(photo, scaled(height(photo)), scaled(width(photo)), threads), quality);
+    return encode_jpeg(area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads), quality);
 }
 
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,
@@ -97,8 +97,8 @@ inline std::string viewer_page::with_photo(std::string_view title, const image<s
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
     std::string page =
         text_.substr(0, title_) + "<title>" + escape_html(title) + "</title>" + text_.substr(after_title, photo_ - after_title);
-    page += "<style>:root { --photo-width: " + std::to_string(width(photo)) +
-            "; --photo-height: " + std::to_string(height(photo)) +
+    page += "<style>:root { --photo-width: " + std::to_string(photo.width()) +
+            "; --photo-height: " + std::to_string(photo.height()) +
             " }</style>\n<img id=\"poster\" alt=\"\" src=\"data:image/jpeg;base64,";
     append_base64(page, encode_poster(photo));
     page += "\">\n<script id=\"photo\" type=\"model/gltf-binary;base64\">";

@@ -6,13 +6,13 @@
 #include "stage_pictures.hpp"
 #include "video.hpp"
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/io/glb.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/picture.hpp>
-#include <ldi/io/tiefenrausch_file.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <CLI/CLI.hpp>
@@ -67,11 +67,11 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
         ->needs(html)
         ->capture_default_str();
     CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
-    app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or metres")
+    app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
-            {"disparity", ldi::depth_map_kind::disparity}, {"metres", ldi::depth_map_kind::metres}}))
+            {"disparity", ldi::depth_map_kind::disparity}, {"meters", ldi::depth_map_kind::meters}}))
         ->needs(depth);
-    app.add_option("--depth-scale", a.depth_map.scale, "multiplies the map's values, 0.001 for millimetres")->needs(depth);
+    app.add_option("--depth-scale", a.depth_map.scale, "multiplies the map's values, 0.001 for millimeters")->needs(depth);
     app.add_flag("--depth-near-is-black", a.near_is_black, "small values of a disparity map are near")->needs(depth);
     app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means that nothing is known")->needs(depth);
     app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
@@ -81,9 +81,9 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
                    "(the published network); default: see below")
         ->excludes(depth);
     app.add_option("--inpainting-model", a.inpainting_model,
-                   "weights (safetensors) of the network that colours hidden surfaces; default: see below");
+                   "weights (safetensors) of the network that colors hidden surfaces; default: see below");
     app.add_option("--inpaint", a.inpaint,
-                   "how hidden surfaces get their colours: network (the default where its weights are found) or diffusion")
+                   "how hidden surfaces get their colors: network (the default where its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
     app.add_option(
            "--arithmetic", a.arithmetic,
@@ -137,17 +137,17 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
         // The same field of view as a 35 mm equivalent, which is what the options hold.
-        const std::int32_t w = static_cast<std::int32_t>(ldi::width(photo.colour)),
-                           h = static_cast<std::int32_t>(ldi::height(photo.colour));
+        const std::int32_t w = static_cast<std::int32_t>(photo.color.width()),
+                           h = static_cast<std::int32_t>(photo.color.height());
         options.focal_length_35mm =
             ldi::focal_length_from_field_of_view(a.field_of_view, w, h) / ldi::focal_length_from_35mm(1.0F, w, h);
     }
-    options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::metres;
+    options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::meters;
     options.normalize.is_inverse_depth = a.depth.empty() || a.is_inverse || options.normalize.is_metric;
     return options;
 }
 
-template <ldi::colour_inpainter Inpainter>
+template <ldi::color_inpainter Inpainter>
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainter& inpainter, ldi::examples::stage_clock& clock) {
     const ldi::photo3d_options options = options_for(a, photo);
     ldi::thread_pool threads(a.threads);
@@ -156,12 +156,12 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         ldi::depth_map_options map_options = a.depth_map;
         map_options.white_is_near = !a.near_is_black;
         const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
-        ldi::check_fits(estimator.map, photo.colour, a.depth.string());
-        return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+        ldi::check_fits(estimator.map, photo.color, a.depth.string());
+        return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads, clock.watcher());
     }
     clock.begin("reading depth network");
     const ldi::tiefenrausch estimator = ldi::load_depth_network(a.depth_model);
-    return ldi::make_photo3d(photo.colour, estimator, inpainter, options, threads, clock.watcher());
+    return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads, clock.watcher());
 }
 
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
@@ -181,7 +181,7 @@ void run(const arguments& a) {
     const ldi::photo3d result = convert(a, photo, clock);
 
     clock.begin("encoding");
-    const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.colour, a.quality);
+    const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
     ldi::glb_options glb_options;
     glb_options.camera = result.camera;
     const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);

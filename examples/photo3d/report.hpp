@@ -96,8 +96,8 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
         total += milliseconds;
     }
     report["milliseconds"]["total"] = total;
-    report["width"] = width(result.photo);
-    report["height"] = height(result.photo);
+    report["width"] = result.photo.width();
+    report["height"] = result.photo.height();
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
@@ -106,8 +106,8 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["layers"] = layer_count(result.layers.topology);
     report["curves"] = result.curves.size();
     report["charts"] = result.charts.charts.size();
-    report["atlas_width"] = width(result.atlas.colour);
-    report["atlas_height"] = height(result.atlas.colour);
+    report["atlas_width"] = result.atlas.color.width();
+    report["atlas_height"] = result.atlas.color.height();
     report["atlas_fill"] = result.atlas.fill;
     report["vertices"] = result.mesh.vertex_count();
     report["triangles"] = result.mesh.triangle_count();

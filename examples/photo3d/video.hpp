@@ -1,8 +1,8 @@
 // Moving pictures of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or as PNG files to a folder.
 #pragma once
 
-#include <ldi/io/file.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/rasterizer.hpp>
@@ -256,7 +256,7 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
     if (!v.depth_map.empty()) {
         view own;
         own.camera = result.camera;
-        const rendering seen = rasterize(result.mesh, result.atlas.colour, own, raster_options(), threads);
+        const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster_options(), threads);
         save_png(v.depth_map, disparity_map(seen.depth, result.range));
     }
     if (v.output.empty()) return;
@@ -268,7 +268,7 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
     raster.samples = 2;
     raster.z_near = 0.01F * result.range.z_near;
     const auto draw = [&](std::size_t i) {
-        return rasterize(result.mesh, result.atlas.colour, views[i], raster, threads).colour;
+        return rasterize(result.mesh, result.atlas.color, views[i], raster, threads).color;
     };
     const auto frame = [&](std::size_t i) {
         if (views.size() == frames) return draw(i);
@@ -289,7 +289,7 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
     unfinished += ".part";
     try {
         const image<std::uint8_t> first = frame(0);
-        pipe_to_program ffmpeg(ffmpeg_command(v, width(first), height(first), frames_per_second, unfinished));
+        pipe_to_program ffmpeg(ffmpeg_command(v, first.width(), first.height(), frames_per_second, unfinished));
         ffmpeg.write(first);
         for (std::size_t i = 1; i < frames; ++i) ffmpeg.write(frame(i));
         ffmpeg.finish();

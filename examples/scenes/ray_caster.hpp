@@ -5,7 +5,7 @@
 #include "shapes.hpp"
 
 #include <ldi/core/camera.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
 
@@ -21,10 +21,10 @@ namespace ldi::scenes {
 
 struct object {
     shape form;
-    texture colour;
+    texture color;
 };
 
-/// Surfaces are matt, so that they look the same from everywhere. Colours are linear light.
+/// Surfaces are matt, so that they look the same from everywhere. Colors are linear light.
 struct lighting {
     vector3 to_sun{0, 1, 0};                            ///< length 1
     vector3 sun{0, 0, 0};                               ///< light on a surface that faces the sun
@@ -41,10 +41,10 @@ struct scene {
     lighting light;
     std::vector<object> objects;
 
-    void add(const shape& form, texture colour) { objects.push_back({form, std::move(colour)}); }
+    void add(const shape& form, texture color) { objects.push_back({form, std::move(color)}); }
 };
 
-/// Normalised disparity: 1 at range.z_near, 0 at range.z_far, outside [0, 1] beyond them.
+/// Normalized disparity: 1 at range.z_near, 0 at range.z_far, outside [0, 1] beyond them.
 inline float disparity(const depth_range& range, double depth) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     return static_cast<float>((1 / depth - last) / (first - last));
@@ -56,20 +56,20 @@ struct surface {
     float disparity = 0;  ///< as disparity() gives it
     std::int32_t object = -1;
     bool enters = true;  ///< the line of sight enters the object here (rectangles: always); else it leaves it
-    std::array<std::uint8_t, 3> colour{};
+    std::array<std::uint8_t, 3> color{};
 };
 
 /// What a camera sees.
 struct picture {
-    image<std::uint8_t> colour;  ///< H x W x 3, sRGB; pixels at silhouettes mix what they cover, as a lens does
-    image<float> depth;          ///< H x W x 1, at pixel centres, not mixed; infinity where nothing is
+    image<std::uint8_t> color;  ///< H x W x 3, sRGB; pixels at silhouettes mix what they cover, as a lens does
+    image<float> depth;          ///< H x W x 1, at pixel centers, not mixed; infinity where nothing is
     image<float> disparity;      ///< H x W x 1, of the same surface; minus infinity where nothing is
     image<std::int32_t> object;  ///< H x W x 1, of the same surface; -1 where nothing is
 };
 
 struct picture_options {
     std::int32_t samples = 4;  ///< per pixel and axis
-    double blur = 1;           ///< half width, in pixels, of the tent over which the lens mixes colours
+    double blur = 1;           ///< half width, in pixels, of the tent over which the lens mixes colors
 };
 
 /// Every surface on the line of sight through (x, y), in pixels of the photo, nearest first.
@@ -90,7 +90,7 @@ inline picture render(const scene& s, const picture_options& options = {}) {
     return render(s, from, options);
 }
 
-/// Makes disparity 1 the nearest and 0 the farthest surface that the photo sees at a pixel's centre.
+/// Makes disparity 1 the nearest and 0 the farthest surface that the photo sees at a pixel's center.
 void fit_depth_range(scene& s);
 
 // ---------------------------------------------------------------------------------------------------------------------------------
@@ -135,12 +135,12 @@ struct hit {
 
 /// False if the ray certainly misses the shape.
 inline bool may_hit(const shape& s, const ray& r) {
-    const vector3 to_centre = s.place.origin - r.origin;
-    const double along_ray = dot(to_centre, r.direction), squared = dot(r.direction, r.direction);
+    const vector3 to_center = s.place.origin - r.origin;
+    const double along_ray = dot(to_center, r.direction), squared = dot(r.direction, r.direction);
     const double radius_squared = s.what == shape::kind::sphere ? s.size.x * s.size.x
                                   : s.what == shape::kind::rod  ? s.size.x * s.size.x + s.size.y * s.size.y
                                                                 : dot(s.size, s.size);
-    return dot(to_centre, to_centre) * squared - along_ray * along_ray <= radius_squared * squared * (1 + 1e-12);
+    return dot(to_center, to_center) * squared - along_ray * along_ray <= radius_squared * squared * (1 + 1e-12);
 }
 
 /// The first surface farther than `least`.
@@ -182,11 +182,11 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     const surface_description surface = describe(o.form, point);
     const vector3 normal = dot(surface.normal, from) > 0 ? -surface.normal : surface.normal;
     const vector3 outside = point + normal * surface_gap;
-    if (!s.light.shadows) return o.colour(surface.where) * (sun_light(s, outside, normal, 0, 0) + sky_light(s.light, normal));
+    if (!s.light.shadows) return o.color(surface.where) * (sun_light(s, outside, normal, 0, 0) + sky_light(s.light, normal));
     if (reflected) {
         const double u = sample.random.next(), v = sample.random.next();
         // What reflects here lies close to other things: half of the sky.
-        return o.colour(surface.where) * (sun_light(s, outside, normal, u, v) + 0.5 * sky_light(s.light, normal));
+        return o.color(surface.where) * (sun_light(s, outside, normal, u, v) + 0.5 * sky_light(s.light, normal));
     }
     vector3 received = sun_light(s, outside, normal, sample.spread(0), sample.spread(1));
     const frame hemisphere = along({}, normal);
@@ -197,7 +197,7 @@ inline vector3 radiance(const scene& s, const object& o, const vector3& point, c
     received = received + (blocker.object < 0 ? sky_light(s.light, to_sky.direction)
                                               : radiance(s, s.objects[static_cast<std::size_t>(blocker.object)],
                                                          to_sky.at(blocker.distance), to_sky.direction, sample, true));
-    return o.colour(surface.where) * received;
+    return o.color(surface.where) * received;
 }
 
 /// Linear light as the photo stores it: the brightest tenth is rolled off, then sRGB.
@@ -208,8 +208,8 @@ inline std::uint8_t to_byte(double linear) {
     return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0, 1.0) * 255));
 }
 
-inline std::array<std::uint8_t, 3> to_bytes(const vector3& colour) {
-    return {to_byte(colour.x), to_byte(colour.y), to_byte(colour.z)};
+inline std::array<std::uint8_t, 3> to_bytes(const vector3& color) {
+    return {to_byte(color.x), to_byte(color.y), to_byte(color.z)};
 }
 
 /// The ray through (x, y) of a view, whose distances are depths along the view's axis.
@@ -225,7 +225,7 @@ inline ray primary_ray(const view& from, double x, double y) {
 /// The distance of x from 0 in a tent of half width 1, when `uniform` is spread over [0, 1).
 inline double tent(double uniform) { return uniform < 0.5 ? std::sqrt(2 * uniform) - 1 : 1 - std::sqrt(2 - 2 * uniform); }
 
-inline std::array<std::uint8_t, 3> mixed_colour(const scene& s, const view& from, std::size_t x, std::size_t y,
+inline std::array<std::uint8_t, 3> mixed_color(const scene& s, const view& from, std::size_t x, std::size_t y,
                                                 const picture_options& options) {
     light_sample sample((static_cast<std::uint64_t>(y) << 32U) + x);
     vector3 sum;
@@ -272,20 +272,20 @@ template <executor Executor>
 picture render(const scene& s, const view& from, const picture_options& options, Executor& threads) {
     LDI_ASSERT(options.samples > 0 && from.camera.width > 0 && from.camera.height > 0);
     const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
-    picture result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<float>(h, w),
-                   make_image<std::int32_t>(h, w)};
+    picture result{image<std::uint8_t>(h, w, 3), image<float>(h, w), image<float>(h, w),
+                   image<std::int32_t>(h, w)};
     parallel_for(threads, h, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y)
             for (std::size_t x = 0; x < w; ++x) {
                 const ray r = detail::primary_ray(from, static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
                 const detail::hit hit = detail::first_hit(s, r, 0);
                 const bool nothing = hit.object < 0;
-                row(result.depth, y)[x] = static_cast<float>(hit.distance);
-                row(result.disparity, y)[x] =
+                result.depth.row(y)[x] = static_cast<float>(hit.distance);
+                result.disparity.row(y)[x] =
                     nothing ? -std::numeric_limits<float>::infinity() : disparity(s.range, hit.distance);
-                row(result.object, y)[x] = hit.object;
-                const std::array<std::uint8_t, 3> colour = detail::mixed_colour(s, from, x, y, options);
-                std::copy(colour.begin(), colour.end(), row(result.colour, y) + 3 * x);
+                result.object.row(y)[x] = hit.object;
+                const std::array<std::uint8_t, 3> color = detail::mixed_color(s, from, x, y, options);
+                std::copy(color.begin(), color.end(), result.color.row(y) + 3 * x);
             }
     });
     return result;

@@ -1,9 +1,9 @@
-// Writes a scene's photo (JPEG) and its depth map (16-bit grey PNG, disparity, white near), such as the shipped sample:
+// Writes a scene's photo (JPEG) and its depth map (16-bit gray PNG, disparity, white near), such as the shipped sample:
 //
 //     render_sample still_life 1152 1536 examples/photo3d/sample.jpg examples/photo3d/sample_depth.png
 #include "scene.hpp"
 
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/picture.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 /// 12 significant bits, spread over 16: finer ones show nowhere, and do not compress.
 ldi::image<std::uint16_t> stored(const ldi::image<float>& disparity) {
-    ldi::image<std::uint16_t> result = ldi::make_image<std::uint16_t>(ldi::height(disparity), ldi::width(disparity));
+    ldi::image<std::uint16_t> result(disparity.height(), disparity.width());
     std::transform(disparity.begin(), disparity.end(), result.begin(), [](float d) {
         const long value = std::lround(std::clamp(d, 0.0F, 1.0F) * 4095.0F);
         return static_cast<std::uint16_t>(value << 4 | value >> 8);
@@ -44,7 +44,7 @@ int main(int count, char** arguments) {
         options.samples = count == 7 ? positive(6) : 8;
         ldi::thread_pool threads;
         const ldi::scenes::picture result = ldi::scenes::render(scene, photo, options, threads);
-        ldi::save_jpeg(arguments[4], result.colour, 90);
+        ldi::save_jpeg(arguments[4], result.color, 90);
         ldi::save_png(arguments[5], stored(result.disparity));
     } catch (const std::exception& failure) {
         std::fprintf(stderr, "%s\n", failure.what());

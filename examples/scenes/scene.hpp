@@ -4,7 +4,7 @@
 #include "ray_caster.hpp"
 #include "still_life.hpp"
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 
 #include <random>
 #include <string>
@@ -20,7 +20,7 @@ inline scene t_junction(std::int32_t width = 192, std::int32_t height = 256) {
     scene s;
     s.camera = {width, height, focal_length_from_field_of_view(55, width, height)};
     s.range = {1, 4};
-    const texture colours[] = {bricks(from_srgb(214, 152, 118), from_srgb(160, 88, 66), from_srgb(205, 196, 182), 0.2, 0.07),
+    const texture colors[] = {bricks(from_srgb(214, 152, 118), from_srgb(160, 88, 66), from_srgb(205, 196, 182), 0.2, 0.07),
                                boards(from_srgb(120, 160, 200), from_srgb(52, 84, 120), 0.11),
                                marbled(from_srgb(88, 128, 72), from_srgb(226, 220, 160), 0.5)};
     const double w = width, h = height;
@@ -33,8 +33,8 @@ inline scene t_junction(std::int32_t width = 192, std::int32_t height = 256) {
         const auto& p = planes[i];
         const double depth = static_cast<double>(s.range.depth(p.disparity));
         const double scale = depth / static_cast<double>(s.camera.focal_length);
-        const vector3 centre{(0.5 * (p.left + p.right) - 0.5 * w) * scale, (0.5 * h - 0.5 * (p.top + p.bottom)) * scale, -depth};
-        s.add(make_rectangle({centre}, (p.right - p.left) * scale, (p.bottom - p.top) * scale), colours[i]);
+        const vector3 center{(0.5 * (p.left + p.right) - 0.5 * w) * scale, (0.5 * h - 0.5 * (p.top + p.bottom)) * scale, -depth};
+        s.add(make_rectangle({center}, (p.right - p.left) * scale, (p.bottom - p.top) * scale), colors[i]);
     }
     return s;
 }
@@ -47,16 +47,16 @@ inline scene rods(std::int32_t width = 192, std::int32_t height = 256) {
           checker(from_srgb(220, 208, 186), from_srgb(120, 104, 92), 0.3));
     s.add(make_rectangle(turned({0.4, 0, -3.2}, 0.5), 14, 12),
           bricks(from_srgb(214, 190, 168), from_srgb(170, 130, 110), from_srgb(235, 230, 222), 0.42, 0.15, 2));
-    const vector3 colours[] = {from_srgb(204, 60, 50), from_srgb(50, 100, 170), from_srgb(240, 190, 60), from_srgb(70, 140, 90),
+    const vector3 colors[] = {from_srgb(204, 60, 50), from_srgb(50, 100, 170), from_srgb(240, 190, 60), from_srgb(70, 140, 90),
                                from_srgb(60, 56, 60)};
     for (int i = 0; i < 11; ++i) {
         const double x = -0.42 + 0.085 * i, z = -1.05 - 0.09 * ((i * 7) % 11);
         const double lean = 0.16 * ((i * 5) % 7 - 3) / 3.0;
         s.add(make_rod({x, -0.6, z}, {x + lean, 0.45 + 0.05 * ((i * 3) % 4), z + 0.5 * lean}, 0.002 + 0.0022 * ((i * 4) % 9)),
-              plain(colours[i % 5]));
+              plain(colors[i % 5]));
     }
     s.add(make_rod({-0.6, 0.12, -1.0}, {0.6, -0.02, -1.9}, 0.006), plain(from_srgb(240, 236, 226)));
-    s.light.to_sun = normalised({-0.5, 0.8, 0.5});
+    s.light.to_sun = normalized({-0.5, 0.8, 0.5});
     s.light.sun = {0.8, 0.76, 0.66};
     s.light.sky = {0.5, 0.54, 0.6}, s.light.ground = {0.3, 0.28, 0.26};
     fit_depth_range(s);
@@ -69,12 +69,12 @@ inline scene random_scene(std::uint32_t seed, std::int32_t width = 96, std::int3
     const auto between = [&generator](double low, double high) {
         return low + (high - low) * (static_cast<double>(generator()) * 0x1.0p-32);
     };
-    const auto colour = [&] {
+    const auto color = [&] {
         const double r = between(30, 240), g = between(30, 240), b = between(30, 240);
         return from_srgb(r, g, b);
     };
     const auto any_texture = [&](double size) -> texture {
-        const vector3 a = colour(), b = colour();
+        const vector3 a = color(), b = color();
         switch (generator() % 6) {
             case 0: return plain(a);
             case 1: return marbled(a, b, size * 0.5, seed);
@@ -104,7 +104,7 @@ inline scene random_scene(std::uint32_t seed, std::int32_t width = 96, std::int3
         }
     }
     const double sun_x = between(-1, 1), sun_y = between(0.2, 1);
-    s.light.to_sun = normalised({sun_x, sun_y, 0.8});
+    s.light.to_sun = normalized({sun_x, sun_y, 0.8});
     s.light.sun = {0.6, 0.6, 0.55};
     s.light.sky = {0.5, 0.5, 0.55}, s.light.ground = {0.3, 0.3, 0.3};
     fit_depth_range(s);

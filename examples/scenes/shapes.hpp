@@ -131,7 +131,7 @@ inline surface_description describe(const shape& s, const vector3& point) {
             break;
         }
         case shape::kind::sphere:
-            result.normal = normalised(point - s.place.origin);
+            result.normal = normalized(point - s.place.origin);
             result.where.u = std::atan2(p.x, p.z) * s.size.x;
             result.where.v = std::asin(std::clamp(p.y / s.size.x, -1.0, 1.0)) * s.size.x;
             break;
@@ -140,7 +140,7 @@ inline surface_description describe(const shape& s, const vector3& point) {
                 result.normal = s.place.y * std::copysign(1.0, p.y);
                 result.where.u = p.x, result.where.v = p.z;
             } else {
-                result.normal = s.place.direction_to_world(normalised({p.x, 0, p.z}));
+                result.normal = s.place.direction_to_world(normalized({p.x, 0, p.z}));
                 result.where.u = std::atan2(p.x, p.z) * s.size.x, result.where.v = p.y;
             }
             break;

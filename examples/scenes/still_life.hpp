@@ -56,7 +56,7 @@ struct still_life_builder {
         for (const double x : {-0.1, 0.62}) box({{x, 0.485, -0.85}}, 0.03, 0.09, 0.12, wood);
         struct book {
             double width, height, depth, lean;
-            vector3 colour;
+            vector3 color;
         };
         const book books[] = {
             {0.040, 0.205, 0.15, 0, from_srgb(38, 82, 110)},    {0.026, 0.170, 0.13, 0, from_srgb(206, 168, 72)},
@@ -67,19 +67,19 @@ struct still_life_builder {
         for (const book& b : books) {
             // A leaning book turns about the corner it stands on.
             const double c = std::cos(b.lean), s = std::sin(b.lean);
-            const vector3 centre{x + 0.5 * (b.width * c + b.height * s), 0.555 + 0.5 * (b.height * c + b.width * s), -0.79};
-            box({centre, {c, s, 0}, {-s, c, 0}, {0, 0, 1}}, b.width, b.height, b.depth, stripes_along_spine(b.colour, b.height));
+            const vector3 center{x + 0.5 * (b.width * c + b.height * s), 0.555 + 0.5 * (b.height * c + b.width * s), -0.79};
+            box({center, {c, s, 0}, {-s, c, 0}, {0, 0, 1}}, b.width, b.height, b.depth, stripes_along_spine(b.color, b.height));
             x += b.width * c + b.height * s + 0.003;
         }
     }
 
-    static texture stripes_along_spine(const vector3& colour, double height) {
+    static texture stripes_along_spine(const vector3& color, double height) {
         return [=](const surface_point& s) {
             const vector3 gold = from_srgb(222, 190, 120);
             const double at = std::abs(s.local.y) / height;
             const double band = smooth_step(0.335, 0.34, at) - smooth_step(0.355, 0.36, at);
             const double cloth = layered_noise(s.local * 400, 2, 9);
-            return mix(colour * (0.85 + 0.3 * cloth), gold, band);
+            return mix(color * (0.85 + 0.3 * cloth), gold, band);
         };
     }
 
@@ -167,7 +167,7 @@ struct still_life_builder {
         rod(foot + vector3{0, 0.09, 0}, foot + vector3{0, 0.1052, 0}, 0.041, plain(from_srgb(30, 28, 30)));
         struct pencil {
             double x, z, lean_x, lean_z, rise;
-            vector3 colour;
+            vector3 color;
         };
         const pencil all[] = {{-0.018, 0.010, -0.30, -0.10, 0.120, from_srgb(228, 178, 40)},
                               {0.016, 0.014, 0.26, 0.10, 0.105, from_srgb(196, 48, 44)},
@@ -176,15 +176,15 @@ struct still_life_builder {
                               {-0.028, -0.006, -0.50, 0.12, 0.085, from_srgb(120, 60, 120)}};
         for (const pencil& p : all) {
             const vector3 from = foot + vector3{p.x, 0.08, p.z};
-            const vector3 axis = normalised({p.lean_x, 1, p.lean_z});
+            const vector3 axis = normalized({p.lean_x, 1, p.lean_z});
             const vector3 shoulder = from + axis * (0.025 + p.rise);
-            rod(from, shoulder, 0.0042, plain(p.colour));
+            rod(from, shoulder, 0.0042, plain(p.color));
             // The sharpened end: ever thinner slices.
             const int slices = 8;
             for (int i = 0; i < slices; ++i) {
                 const double t = (i + 0.5) / slices;
                 rod(shoulder + axis * (0.016 * i / slices), shoulder + axis * (0.016 * (i + 1) / slices),
-                    0.0040 * (1 - t) + 0.0004, plain(i < 5 ? from_srgb(224, 186, 138) : p.colour));
+                    0.0040 * (1 - t) + 0.0004, plain(i < 5 ? from_srgb(224, 186, 138) : p.color));
             }
         }
     }
@@ -211,7 +211,7 @@ inline scene still_life(std::int32_t width = 1152, std::int32_t height = 1536) {
     b.book_and_apple();
     b.pencils();
     lighting& light = b.result.light;
-    light.to_sun = b.room.direction_to_world(normalised({-0.78, 0.62, 0.36}));
+    light.to_sun = b.room.direction_to_world(normalized({-0.78, 0.62, 0.36}));
     light.sun = {2.6, 2.25, 1.75};
     light.sun_radius = 0.012;
     light.up = b.room.y;

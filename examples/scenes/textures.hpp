@@ -1,5 +1,5 @@
 // Procedural textures of the analytic scenes. Every edge in them is soft, and the ray caster supersamples, so that pictures
-// have no jagged edges. Colours are linear light, 0 to 1.
+// have no jagged edges. Colors are linear light, 0 to 1.
 #pragma once
 
 #include "vector.hpp"
@@ -11,16 +11,16 @@
 
 namespace ldi::scenes {
 
-/// Where a texture is asked for its colour.
+/// Where a texture is asked for its color.
 struct surface_point {
     vector3 local;        ///< in the shape's own frame, for textures cut from a solid block
     double u = 0, v = 0;  ///< on the surface, in the same unit as space, for textures painted or glued on
 };
 
-/// The colour of a surface: linear red, green, blue.
+/// The color of a surface: linear red, green, blue.
 using texture = std::function<vector3(const surface_point&)>;
 
-/// A colour as picture editors give it: sRGB, 0 to 255.
+/// A color as picture editors give it: sRGB, 0 to 255.
 inline vector3 from_srgb(double red, double green, double blue) {
     const auto linear = [](double value) {
         const double v = value / 255.0;
@@ -67,11 +67,11 @@ inline double layered_noise(const vector3& p, int octaves, std::uint64_t seed = 
     return sum / weight;
 }
 
-inline texture plain(const vector3& colour) {
-    return [colour](const surface_point&) { return colour; };
+inline texture plain(const vector3& color) {
+    return [color](const surface_point&) { return color; };
 }
 
-/// Clouds of two colours, cut from a solid block.
+/// Clouds of two colors, cut from a solid block.
 inline texture marbled(const vector3& a, const vector3& b, double feature_size, std::uint64_t seed = 0) {
     return [=](const surface_point& s) {
         const double noise = layered_noise(s.local * (1 / feature_size), 5, seed);
@@ -87,7 +87,7 @@ inline texture stripes(const vector3& a, const vector3& b, double band, double s
     };
 }
 
-/// Squares of two colours.
+/// Squares of two colors.
 inline texture checker(const vector3& a, const vector3& b, double square, double softness = 0.05) {
     return [=](const surface_point& s) {
         const auto wave = [&](double value) {
@@ -98,7 +98,7 @@ inline texture checker(const vector3& a, const vector3& b, double square, double
     };
 }
 
-/// A ball of coloured segments between its poles, with white caps.
+/// A ball of colored segments between its poles, with white caps.
 inline texture segments(const vector3& a, const vector3& b, const vector3& c, int pairs) {
     return [=](const surface_point& s) {
         const double radius = length(s.local);
@@ -108,8 +108,8 @@ inline texture segments(const vector3& a, const vector3& b, const vector3& c, in
         const vector3 white = from_srgb(240, 236, 226);
         // The seams are a fixed width of surface, not of angle.
         const double soft = 0.006 * pairs / std::max(0.1, std::sqrt(1 - s.local.y * s.local.y / (radius * radius)));
-        const vector3 coloured = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t));
-        const vector3 segment = mix(coloured, odd ? b : a, smooth_step(1 - 2 * soft, 1, t));
+        const vector3 colored = mix(odd ? a : b, white, smooth_step(0.5 - soft, 0.5 + soft, t));
+        const vector3 segment = mix(colored, odd ? b : a, smooth_step(1 - 2 * soft, 1, t));
         return mix(segment, c, smooth_step(0.945, 0.955, std::abs(s.local.y) / radius));
     };
 }
@@ -162,9 +162,9 @@ inline texture solid_wood(const vector3& light, const vector3& dark, double ring
         const double bend = layered_noise({p.x * 0.3, p.y * 0.05, p.z * 0.3}, 3, seed);
         const double radius = std::hypot(p.x + 9, p.z + 5) + 3 * bend;
         const double ring = radius - std::floor(radius);
-        const double fibre = layered_noise({p.x * 4, p.y * 0.25, p.z * 4}, 2, seed + 3);
+        const double fiber = layered_noise({p.x * 4, p.y * 0.25, p.z * 4}, 2, seed + 3);
         return mix(light, dark,
-                   std::clamp(0.55 * smooth_step(0, 0.8, ring) * smooth_step(1, 0.85, ring) + 0.5 * fibre, 0.0, 1.0));
+                   std::clamp(0.55 * smooth_step(0, 0.8, ring) * smooth_step(1, 0.85, ring) + 0.5 * fiber, 0.0, 1.0));
     };
 }
 

@@ -1,4 +1,4 @@
-// Points, directions and colours of the analytic scenes, in double precision: they are the ground truth of tests.
+// Points, directions and colors of the analytic scenes, in double precision: they are the ground truth of tests.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ inline vector3 cross(const vector3& a, const vector3& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline double length(const vector3& a) { return std::sqrt(dot(a, a)); }
-inline vector3 normalised(const vector3& a) { return a * (1.0 / length(a)); }
+inline vector3 normalized(const vector3& a) { return a * (1.0 / length(a)); }
 inline vector3 mix(const vector3& a, const vector3& b, double t) { return a * (1 - t) + b * t; }
 
 /// A place and three orthonormal axes, right-handed.
@@ -48,8 +48,8 @@ inline frame turned(const vector3& origin, double about_y, double about_x = 0) {
 
 /// A frame whose y axis points along `axis` (of any length).
 inline frame along(const vector3& origin, const vector3& axis) {
-    const vector3 y = normalised(axis);
-    const vector3 x = normalised(cross(y, std::abs(y.z) < 0.9 ? vector3{0, 0, 1} : vector3{1, 0, 0}));
+    const vector3 y = normalized(axis);
+    const vector3 x = normalized(cross(y, std::abs(y.z) < 0.9 ? vector3{0, 0, 1} : vector3{1, 0, 0}));
     return {origin, x, y, cross(x, y)};
 }
 

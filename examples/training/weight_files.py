@@ -1,4 +1,4 @@
-"""Weight files in the safetensors format, as the library reads them (include/ldi/io/safetensors.hpp)."""
+"""Weight files in the safetensors format, as the library reads them (include/ldi/formats/safetensors.hpp)."""
 import json
 import os
 

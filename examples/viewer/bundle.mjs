@@ -15,7 +15,7 @@ async function bundle(file, options) {
         entryPoints: [join(source, file)],
         bundle: true,
         minify: true,
-        legalComments: "inline", // the licence of three.js stays with its code
+        legalComments: "inline", // the license of three.js stays with its code
         write: false,
         logLevel: "warning",
         ...options,

@@ -11,7 +11,7 @@ class error;
 
 enum class side : std::uint8_t;
 struct graph;
-struct colour_column;
+struct color_column;
 struct disparity_column;
 struct known_column;
 

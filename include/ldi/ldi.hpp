@@ -1,17 +1,18 @@
 // All of ldi that works on values in memory. What reads or writes files or third-party formats is left out and included by name:
-// ldi/io/..., and ldi/networks/caffe2.hpp for the published weights; link ldi::io for those.
+// ldi/formats/...; link ldi::io for those.
 #pragma once
 
-#include <ldi/config.hpp>
 #include <ldi/version.hpp>
+
+#include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/components.hpp>
 #include <ldi/core/diffusion.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -30,13 +31,14 @@
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
-#include <ldi/nn/convolution_plan.hpp>
-#include <ldi/nn/ldi_convolution.hpp>
-#include <ldi/nn/network_description.hpp>
-#include <ldi/nn/pixel_subset.hpp>
-#include <ldi/nn/quantized_network.hpp>
-#include <ldi/nn/quantized_weights.hpp>
-#include <ldi/nn/weights.hpp>
+#include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
+#include <ldi/nn/ldi/weights.hpp>
+
+#include <ldi/nn/dense/network_description.hpp>
+#include <ldi/nn/dense/quantized_network.hpp>
+#include <ldi/nn/dense/quantized_weights.hpp>
 
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
@@ -46,16 +48,17 @@
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
-#include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/layers/discontinuity_curves.hpp>
-#include <ldi/layers/expand.hpp>
-#include <ldi/layers/grain.hpp>
-#include <ldi/layers/lift.hpp>
-#include <ldi/layers/mixed_colours.hpp>
-#include <ldi/layers/spurious_discontinuities.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
+#include <ldi/occlusion/grain.hpp>
+#include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/mixed_colors.hpp>
+#include <ldi/occlusion/spurious_discontinuities.hpp>
+
+#include <ldi/charts/charts.hpp>
 
 #include <ldi/texture/atlas.hpp>
-#include <ldi/texture/charts.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 

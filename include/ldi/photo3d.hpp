@@ -1,11 +1,12 @@
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
-// (layers/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
+// (occlusion/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
 // you want only a part, or your own part in between.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/depth/middle_components.hpp>
@@ -13,12 +14,12 @@
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/weighted_median.hpp>
 #include <ldi/kernels/area_resize.hpp>
-#include <ldi/layers/discontinuity_curves.hpp>
-#include <ldi/layers/expand.hpp>
-#include <ldi/layers/grain.hpp>
-#include <ldi/layers/lift.hpp>
-#include <ldi/layers/mixed_colours.hpp>
-#include <ldi/layers/spurious_discontinuities.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
+#include <ldi/occlusion/grain.hpp>
+#include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/mixed_colors.hpp>
+#include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
@@ -28,12 +29,11 @@
 #include <cstdint>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
 /// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
-/// any size, larger is nearer; `quantization_step()` is the ratio of neighbouring values of that map, 1 if it is not quantised.
+/// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
 concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
@@ -42,10 +42,10 @@ concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo,
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colours to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the colour of every pixel whose
+/// What gives colors to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
-concept colour_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
+concept color_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
     t.inpaint(layers, threads, watcher);
 };
 
@@ -73,7 +73,7 @@ struct photo3d_options {
     weighted_median_options median;
     middle_component_options components;
     lift_options lift;
-    mixed_colour_options mixed_colours;
+    mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
     grain_options grain;
@@ -88,7 +88,7 @@ struct photo3d {
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    std::vector<discontinuity_curve> curves;
+    buffer<discontinuity_curve> curves;
     photo_layers layers;
     chart_set charts;
     texture_atlas atlas;
@@ -101,14 +101,14 @@ struct photo3d {
 /// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
 /// watcher    is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected
 /// components",
-///            "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
+///            "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
 ///            0 and ends with 1
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
-template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
+template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
-    LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
+    LDI_ASSERT(photo.size() > 0 && photo.channels() == 3);
     if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
               std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
@@ -120,16 +120,16 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
     result.estimated = std::move(normalized.disparity);
     result.range = normalized.range;
-    const std::size_t longer = std::max(height(photo), width(photo)), long_side = std::min(longer, options.long_side);
+    const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
-    result.photo = area_resize(photo, scaled(height(photo)), scaled(width(photo)), threads);
-    result.camera.height = static_cast<std::int32_t>(height(result.photo));
-    result.camera.width = static_cast<std::int32_t>(width(result.photo));
+    result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+    result.camera.height = static_cast<std::int32_t>(result.photo.height());
+    result.camera.width = static_cast<std::int32_t>(result.photo.width());
     result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
     watcher.report("depth estimation", 1.0F);
 
     watcher.report("depth filter", 0.0F);
-    if (height(result.estimated) < height(result.photo)) {
+    if (result.estimated.height() < result.photo.height()) {
         image<float> sharpened = result.estimated;
         for (int pass = 0; pass < options.passes_before_resampling; ++pass)
             sharpened = weighted_median(sharpened, options.median, threads);
@@ -148,13 +148,13 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
     result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
     close_spurious_discontinuities(lifted.topology, result.curves);
-    mark_mixed_colours(lifted, options.mixed_colours);
+    mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
-    watcher.report("colour inpainting", 0.0F);
+    watcher.report("color inpainting", 0.0F);
     inpainter.inpaint(result.layers, threads, watcher);
     add_grain(result.layers, options.grain);
-    watcher.report("colour inpainting", 1.0F);
+    watcher.report("color inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
     result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
@@ -167,7 +167,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("meshing", 0.0F);
     result.mesh =
         build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
-                   static_cast<std::int32_t>(width(result.atlas.colour)), static_cast<std::int32_t>(height(result.atlas.colour)),
+                   static_cast<std::int32_t>(result.atlas.color.width()), static_cast<std::int32_t>(result.atlas.color.height()),
                    result.camera, result.range, options.mesh, threads);
     watcher.report("meshing", 1.0F);
     return result;

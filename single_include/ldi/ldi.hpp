@@ -8,11 +8,11 @@
 #define LDI_VERSION_MINOR 1
 #define LDI_VERSION_PATCH 0
 
-// ---- ldi/config.hpp
+// ---- ldi/base/config.hpp
 // What a user can set before including any header of ldi, and what ldi learns about the compiler.
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
-//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of core/error.hpp.
+//   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
 
 #include <cassert>
 
@@ -28,555 +28,7 @@
 #endif
 #endif
 
-// ---- ldi/core/camera.hpp
-// The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
-// corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
-
-#include <array>
-#include <cmath>
-#include <cstdint>
-
-namespace ldi {
-
-/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its centre is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
-/// y up, the camera at the origin looking along -z.
-struct pinhole_camera {
-    std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
-    float focal_length = 0;              ///< in pixels; the optical axis meets the middle of the photo
-
-    /// The point at distance `depth` along the optical axis that is seen at (x, y), in pixels.
-    std::array<float, 3> unproject(float x, float y, float depth) const {
-        const float scale = depth / focal_length;
-        return {(x - 0.5F * static_cast<float>(width)) * scale, (0.5F * static_cast<float>(height) - y) * scale, -depth};
-    }
-
-    /// Where a point in front of the camera is seen, in pixels.
-    std::array<float, 2> project(const std::array<float, 3>& point) const {
-        const float scale = focal_length / -point[2];
-        return {0.5F * static_cast<float>(width) + point[0] * scale, 0.5F * static_cast<float>(height) - point[1] * scale};
-    }
-};
-
-/// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
-inline float focal_length_from_35mm(float millimetres, std::int32_t width, std::int32_t height) {
-    return millimetres * std::hypot(static_cast<float>(width), static_cast<float>(height)) / std::hypot(36.0F, 24.0F);
-}
-
-/// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
-inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
-    const float radians = degrees * 3.14159265358979F / 180.0F;
-    return 0.5F * static_cast<float>(width > height ? width : height) / std::tan(0.5F * radians);
-}
-
-/// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
-/// disparity move equally far on screen.
-struct depth_range {
-    float z_near = 1.0F;  ///< depth of disparity 1, in metres where known
-    float z_far = 10.0F;  ///< depth of disparity 0
-
-    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
-    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
-
-    /// How far, in pixels, a texture drawn in perspective-correct fashion lies from where the photo has it, at worst, along an
-    /// edge of `length` pixels between these disparities: renderers move the middle of an edge towards its nearer end.
-    float texture_shift(float length, float disparity_a, float disparity_b) const {
-        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
-        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
-    }
-};
-
-}  // namespace ldi
-
-// ---- ldi/core/graph.hpp
-// The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbour a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
-
-#include <cstddef>
-#include <utility>
-#include <vector>
-
-namespace ldi {
-
-/// The index of a neighbour that does not exist.
-inline constexpr std::int32_t no_pixel = -1;
-
-/// The four sides of a pixel. Up is towards smaller y.
-enum class side : std::uint8_t { up, down, left, right };
-
-/// All sides in the paper's order of exploration.
-inline constexpr side all_sides[] = {side::up, side::down, side::left, side::right};
-
-constexpr side opposite(side s) {
-    switch (s) {
-        case side::up: return side::down;
-        case side::down: return side::up;
-        case side::left: return side::right;
-        case side::right: break;
-    }
-    return side::left;
-}
-
-constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
-constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
-
-/// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbour of a pixel at (x, y) lies at (x - 1, y), and so on round.
-///
-/// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
-struct graph {
-    std::int32_t width = 0, height = 0;               ///< of the lattice
-    std::vector<std::int32_t> x, y;                   ///< position, K each
-    std::vector<std::int32_t> up, down, left, right;  ///< neighbour's index or no_pixel, K each
-
-    std::size_t size() const { return x.size(); }
-
-    std::vector<std::int32_t>& neighbours(side s) {
-        return const_cast<std::vector<std::int32_t>&>(std::as_const(*this).neighbours(s));
-    }
-    const std::vector<std::int32_t>& neighbours(side s) const {
-        switch (s) {
-            case side::up: return up;
-            case side::down: return down;
-            case side::left: return left;
-            case side::right: break;
-        }
-        return right;
-    }
-
-    std::int32_t neighbour(std::int32_t pixel, side s) const { return neighbours(s)[static_cast<std::size_t>(pixel)]; }
-
-    /// Makes room for K pixels; new ones are unset.
-    void resize(std::size_t count) {
-        for (std::vector<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
-    }
-
-    /// Appends an unlinked pixel and returns its index.
-    std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
-        x.push_back(pixel_x), y.push_back(pixel_y);
-        for (side s : all_sides) neighbours(s).push_back(no_pixel);
-        return static_cast<std::int32_t>(size()) - 1;
-    }
-
-    /// Makes `b` the neighbour of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
-    void link(std::int32_t a, side s, std::int32_t b) {
-        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
-        std::int32_t& back = neighbours(opposite(s))[static_cast<std::size_t>(b)];
-        LDI_ASSERT(there == no_pixel && back == no_pixel);
-        there = b, back = a;
-    }
-
-    /// Removes the link of `a` on side `s`, if there is one.
-    void unlink(std::int32_t a, side s) {
-        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
-        if (there == no_pixel) return;
-        neighbours(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
-        there = no_pixel;
-    }
-};
-
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x.
-inline graph make_grid(std::int32_t width, std::int32_t height) {
-    LDI_ASSERT(width >= 0 && height >= 0);
-    graph g;
-    g.width = width, g.height = height;
-    g.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    std::size_t i = 0;
-    for (std::int32_t y = 0; y < height; ++y)
-        for (std::int32_t x = 0; x < width; ++x, ++i) {
-            const std::int32_t index = static_cast<std::int32_t>(i);
-            g.x[i] = x, g.y[i] = y;
-            g.up[i] = y > 0 ? index - width : no_pixel;
-            g.down[i] = y + 1 < height ? index + width : no_pixel;
-            g.left[i] = x > 0 ? index - 1 : no_pixel;
-            g.right[i] = x + 1 < width ? index + 1 : no_pixel;
-        }
-    return g;
-}
-
-}  // namespace ldi
-
-// ---- ldi/core/canonical_order.hpp
-// The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
-// first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
-
-#include <algorithm>
-#include <span>
-
-namespace ldi {
-
-/// The order that makes a graph canonical: `order[new index] = old index`.
-///
-/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
-///            order does.
-inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
-    LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
-    // Count the runs of every scanline, then file their first pixels by scanline.
-    std::vector<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
-    for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
-    std::vector<std::int32_t> starts(first_run.back());
-    std::vector<std::size_t> next(first_run.begin(), first_run.end() - 1);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) starts[next[static_cast<std::size_t>(g.y[i])]++] = static_cast<std::int32_t>(i);
-
-    const auto before = [&](std::int32_t a, std::int32_t b) {
-        const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        if (g.x[i] != g.x[j]) return g.x[i] < g.x[j];
-        if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
-        return a < b;
-    };
-    std::vector<std::int32_t> order;
-    order.reserve(g.size());
-    for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
-        const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
-        const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
-        std::sort(first, last, before);
-        for (auto start = first; start != last; ++start)
-            for (std::int32_t i = *start; i != no_pixel; i = g.right[static_cast<std::size_t>(i)]) order.push_back(i);
-    }
-    return order;
-}
-
-/// A K x channels column in a new order.
-template <class Scalar>
-std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
-    std::vector<Scalar> result(order.size() * channels);
-    for (std::size_t i = 0; i < order.size(); ++i)
-        for (std::size_t c = 0; c < channels; ++c)
-            result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];
-    return result;
-}
-
-/// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
-inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
-    LDI_ASSERT(order.size() == g.size());
-    std::vector<std::int32_t> new_index(g.size());
-    for (std::size_t i = 0; i < order.size(); ++i) new_index[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
-    graph result;
-    result.width = g.width, result.height = g.height;
-    result.x = reordered(g.x, order), result.y = reordered(g.y, order);
-    for (side s : all_sides) {
-        const std::vector<std::int32_t>& from = g.neighbours(s);
-        std::vector<std::int32_t>& to = result.neighbours(s);
-        to.resize(order.size());
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            const std::int32_t neighbour = from[static_cast<std::size_t>(order[i])];
-            to[i] = neighbour == no_pixel ? no_pixel : new_index[static_cast<std::size_t>(neighbour)];
-        }
-    }
-    return result;
-}
-
-}  // namespace ldi
-
-// ---- ldi/core/coarsening.hpp
-// Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
-// section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
-
-#include <initializer_list>
-
-namespace ldi {
-
-/// A graph at half resolution and how it hangs together with the one it comes from.
-struct coarsened {
-    graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    std::vector<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
-    std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
-};
-
-/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
-/// by a silhouette.
-enum class orphan_rule {
-    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
-                    ///< exploration in the order up, down, left, right finds
-    stay,           ///< it has no parent
-};
-
-namespace detail {
-/// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
-/// down, left, right, finds first; no_pixel if none.
-inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
-    const auto follow = [&](std::initializer_list<side> path) {
-        std::int32_t at = pixel;
-        for (side s : path)
-            if ((at = g.neighbour(at, s)) == no_pixel) break;
-        return at;
-    };
-    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    const std::size_t i = static_cast<std::size_t>(pixel);
-    const bool odd_x = g.x[i] % 2 == 1, odd_y = g.y[i] % 2 == 1;
-    if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
-    if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
-    if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
-    return pixel;
-}
-
-/// Pixels first, first + 1, ... last - 1, each the right neighbour of the one before it.
-struct linked_run {
-    std::int32_t first, last;
-};
-
-/// Every pixel in one run. Most of a canonical graph is long ones.
-inline std::vector<linked_run> runs_side_by_side(const graph& g) {
-    std::vector<linked_run> runs;
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
-    for (std::int32_t first = 0, last; first < count; first = last) {
-        last = first + 1;
-        while (last < count && g.right[static_cast<std::size_t>(last - 1)] == last) ++last;
-        runs.push_back({first, last});
-    }
-    return runs;
-}
-
-/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
-inline std::int32_t first_kept(const graph& g, const linked_run& run) {
-    return run.first + (g.x[static_cast<std::size_t>(run.first)] & 1);
-}
-
-/// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
-inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const linked_run& run) { return (g.y[static_cast<std::size_t>(run.first)] & 1) == 0; };
-    std::size_t count = 0;
-    for (const linked_run& run : runs)
-        if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
-    result.kept.resize(count);
-    result.topology.resize(count);
-    result.parent.assign(g.size(), no_pixel);
-    std::size_t n = 0;
-    for (const linked_run& run : runs) {
-        if (!is_even_row(run)) continue;
-        const std::size_t start = static_cast<std::size_t>(run.first);
-        const std::int32_t y = g.y[start] / 2;
-        std::int32_t x = (g.x[start] + 1) / 2;
-        for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
-            result.kept[n] = i;
-            result.topology.x[n] = x, result.topology.y[n] = y;
-            result.parent[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(n);
-        }
-    }
-}
-
-/// Links kept pixels that a straight path of two links joins.
-inline void link_kept_pixels(const graph& g, coarsened& result) {
-    for (side s : all_sides) {
-        const std::vector<std::int32_t>& fine = g.neighbours(s);
-        std::vector<std::int32_t>& coarse = result.topology.neighbours(s);
-        for (std::size_t i = 0; i < result.kept.size(); ++i) {
-            const std::int32_t between = fine[static_cast<std::size_t>(result.kept[i])];
-            const std::int32_t other = between == no_pixel ? no_pixel : fine[static_cast<std::size_t>(between)];
-            coarse[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
-        }
-    }
-}
-
-/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const linked_run& run, std::vector<std::int32_t>& parent) {
-    const auto by_corner = [&](std::int32_t pixel) {
-        const std::int32_t corner = corner_of_group(g, pixel);
-        return corner == no_pixel ? no_pixel : parent[static_cast<std::size_t>(corner)];
-    };
-    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
-    if ((g.y[static_cast<std::size_t>(run.first)] & 1) == 0) {
-        if ((run.first ^ odd) % 2 == 0) parent[static_cast<std::size_t>(run.first)] = by_corner(run.first);
-        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
-            parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(i - 1)];
-        return;
-    }
-    for (std::int32_t i = run.first; i < run.last; ++i) {
-        std::int32_t corner = g.up[static_cast<std::size_t>(i)];
-        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[static_cast<std::size_t>(corner)];
-        parent[static_cast<std::size_t>(i)] = corner == no_pixel ? by_corner(i) : parent[static_cast<std::size_t>(corner)];
-    }
-}
-
-/// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
-/// down, left, right finds it; leaves no_pixel where there is none in reach.
-///
-/// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
-/// as the neighbour's own path does: pixels can be settled in the order of their distance.
-inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& parent) {
-    const auto parent_beside = [&](std::int32_t pixel) {
-        for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(pixel, s);
-            if (n != no_pixel && parent[static_cast<std::size_t>(n)] != no_pixel) return parent[static_cast<std::size_t>(n)];
-        }
-        return no_pixel;
-    };
-    struct adoption {
-        std::int32_t pixel, parent;
-    };
-    std::vector<adoption> ring, next;
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        if (parent[i] != no_pixel) continue;
-        const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
-        if (found != no_pixel) ring.push_back({pixel, found});
-    }
-    while (!ring.empty()) {
-        // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
-        for (const adoption& a : ring) parent[static_cast<std::size_t>(a.pixel)] = a.parent;
-        next.clear();
-        for (const adoption& a : ring)
-            for (side s : all_sides) {
-                const std::int32_t n = g.neighbour(a.pixel, s);
-                if (n != no_pixel && parent[static_cast<std::size_t>(n)] == no_pixel) next.push_back({n, parent_beside(n)});
-            }
-        std::swap(ring, next);
-    }
-}
-}  // namespace detail
-
-/// Keeps the pixels at even x and even y, all of them where several share a position, in their order, at half their position.
-///
-/// Two kept pixels are linked if a path of two links joined them. They are two steps apart in one direction, so that the path can
-/// only be the straight one.
-///
-/// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
-/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
-/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
-    coarsened result;
-    result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    const std::vector<detail::linked_run> runs = detail::runs_side_by_side(g);
-    detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result);
-    for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
-    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
-    return result;
-}
-
-}  // namespace ldi
-
-// ---- ldi/core/detail/disjoint_sets.hpp
-// Disjoint sets of the integers from 0, merged in almost constant time: union-find with path halving (Tarjan and van Leeuwen,
-// "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
-// the order of merging.
-
-namespace ldi::detail {
-
-class disjoint_sets {
-public:
-    disjoint_sets() = default;
-    /// Every integer in a set of its own.
-    explicit disjoint_sets(std::size_t count) {
-        parent_.reserve(count);
-        while (parent_.size() < count) add();
-    }
-
-    std::size_t size() const { return parent_.size(); }
-
-    /// Appends an integer in a set of its own, and returns it.
-    std::int32_t add() {
-        const std::int32_t member = static_cast<std::int32_t>(parent_.size());
-        parent_.push_back(member);
-        return member;
-    }
-
-    /// The smallest member of the set that holds `member`.
-    std::int32_t find(std::int32_t member) {
-        LDI_ASSERT(member >= 0 && static_cast<std::size_t>(member) < size());
-        while (parent(member) != member) {
-            parent(member) = parent(parent(member));
-            member = parent(member);
-        }
-        return member;
-    }
-
-    /// Merges the sets that hold a and b, and returns the smallest member of the result.
-    std::int32_t merge(std::int32_t a, std::int32_t b) {
-        a = find(a), b = find(b);
-        if (b < a) {
-            parent(a) = b;
-            return b;
-        }
-        parent(b) = a;
-        return a;
-    }
-
-    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
-    /// the set that holds it.
-    std::int32_t number(std::vector<std::int32_t>& labels) const {
-        labels.resize(size());
-        std::int32_t count = 0;
-        for (std::size_t i = 0; i < size(); ++i) {
-            const std::size_t up = static_cast<std::size_t>(parent_[i]);  // never above i, so it has its number already
-            labels[i] = up == i ? count++ : labels[up];
-        }
-        return count;
-    }
-
-private:
-    std::int32_t& parent(std::int32_t member) { return parent_[static_cast<std::size_t>(member)]; }
-
-    std::vector<std::int32_t> parent_;
-};
-
-}  // namespace ldi::detail
-
-// ---- ldi/core/components.hpp
-// Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
-// isolated features at middle values) and everything that must treat a surface as one thing starts from them.
-
-namespace ldi {
-
-/// A partition of the pixels of a graph.
-struct components {
-    std::vector<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
-    std::vector<std::int32_t> size;   ///< the number of pixels in each component
-
-    std::size_t count() const { return size.size(); }
-};
-
-/// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
-/// a scanline stand side by side: the sets that are merged are then runs, not pixels.
-inline components connected_components(const graph& g) {
-    components result;
-    const std::size_t count = g.size();
-
-    // Runs: pixels with successive indices, each the left neighbour of the next. `label` holds the run of each pixel for now.
-    std::vector<std::int32_t>& run_of = result.label;
-    run_of.resize(count);
-    std::vector<std::size_t> run_starts;
-    detail::disjoint_sets runs;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i == 0 || g.left[i] != static_cast<std::int32_t>(i) - 1) {
-            run_starts.push_back(i);
-            runs.add();
-        }
-        run_of[i] = static_cast<std::int32_t>(runs.size()) - 1;
-    }
-    run_starts.push_back(count);
-
-    for (std::size_t run = 0; run < runs.size(); ++run) {
-        const std::int32_t this_run = static_cast<std::int32_t>(run);
-        const std::int32_t left = g.left[run_starts[run]];
-        if (left != no_pixel) runs.merge(this_run, run_of[static_cast<std::size_t>(left)]);
-        // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
-        std::int32_t merged_first = 0, merged_last = 0;
-        for (std::size_t i = run_starts[run]; i < run_starts[run + 1]; ++i) {
-            const std::int32_t above = g.up[i];
-            if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
-            const std::size_t run_above = static_cast<std::size_t>(run_of[static_cast<std::size_t>(above)]);
-            runs.merge(this_run, static_cast<std::int32_t>(run_above));
-            merged_first = static_cast<std::int32_t>(run_starts[run_above]);
-            merged_last = static_cast<std::int32_t>(run_starts[run_above + 1]);
-        }
-    }
-
-    std::vector<std::int32_t> label_of_run;
-    result.size.assign(static_cast<std::size_t>(runs.number(label_of_run)), 0);
-    for (std::size_t run = 0; run < runs.size(); ++run) {
-        const std::int32_t label = label_of_run[run];
-        std::fill(result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run]),
-                  result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run + 1]), label);
-        result.size[static_cast<std::size_t>(label)] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
-    }
-    return result;
-}
-
-}  // namespace ldi
-
-// ---- ldi/core/error.hpp
+// ---- ldi/base/error.hpp
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
 // found. Without exceptions the same four go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an error.
 
@@ -585,6 +37,7 @@ inline components connected_components(const graph& g) {
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace ldi {
 
@@ -596,7 +49,7 @@ enum class error_code {
     mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
-    cancelled,       ///< the caller's observer asked to stop
+    canceled,       ///< the caller's observer asked to stop
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -608,7 +61,7 @@ constexpr std::string_view to_string(error_code code) {
         case error_code::mismatch: return "mismatch";
         case error_code::too_large: return "too large";
         case error_code::file_access: return "file access";
-        case error_code::cancelled: return "cancelled";
+        case error_code::canceled: return "canceled";
     }
     return "unknown error";
 }
@@ -677,202 +130,19 @@ inline error_handler set_error_handler(error_handler handler) {
 
 }  // namespace ldi
 
-// ---- ldi/core/diffusion.hpp
-// Isotropic diffusion of colours into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
-// inpainting that needs no network): each unknown cell becomes the mean of its neighbours, which is the smoothest way through the
-// known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
-//
-// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
-// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colours.
-
-namespace ldi {
-
-/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
-///
-///     diffusion d;
-///     d.start();
-///     const std::int32_t cell = d.add_cell(3, 7);
-///     d.add_known_neighbour(cell, red_green_blue);
-///     d.solve(4);
-///     d.colour(cell)[0];
-class diffusion {
-public:
-    /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
-    using colour_type = std::array<float, 4>;
-
-    /// Forgets all cells.
-    void start() {
-        if (levels_.empty()) levels_.resize(1);
-        levels_[0].clear();
-    }
-
-    /// Adds an unknown cell and returns its number: 1 for the first, and so on. Cells come in scanline order; several may lie at
-    /// one position.
-    std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
-
-    /// Says that a neighbour of the cell has a known colour: red, green, blue.
-    void add_known_neighbour(std::int32_t cell, const std::uint8_t* colour) {
-        colour_type& sum = levels_[0].known[static_cast<std::size_t>(cell)];
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(colour[c]);
-        sum[3] += 1.0F;
-    }
-
-    /// Says which unknown cell lies to the left of the cell.
-    void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
-    /// Says which unknown cell lies above the cell.
-    void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
-
-    /// The number of cells.
-    std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
-
-    /// Finds all colours with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known colour gets the
-    /// mean of all known ones.
-    void solve(int rounds) {
-        if (size() == 0) return;
-        std::size_t depth = 1;
-        while (!levels_[depth - 1].all_border_on_known()) {
-            if (levels_.size() == depth) levels_.emplace_back();
-            coarsen(levels_[depth - 1], levels_[depth]);
-            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
-            ++depth;
-        }
-        for (std::size_t l = depth; l-- > 0;) {
-            level& here = levels_[l];
-            if (l + 1 == depth) {
-                here.start_from_known();
-            } else {
-                for (std::size_t i = 1; i < here.value.size(); ++i)
-                    here.value[i] = levels_[l + 1].value[static_cast<std::size_t>(here.parent[i])];
-            }
-            here.prepare();
-            for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
-        }
-    }
-
-    /// The colour of a cell, once solved.
-    const colour_type& colour(std::int32_t cell) const { return levels_[0].value[static_cast<std::size_t>(cell)]; }
-
-private:
-    static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
-
-    /// Cell 0 is black and stands for every neighbour that does not exist.
-    struct level {
-        std::vector<colour_type> value;
-        /// Sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours.
-        std::vector<colour_type> known;
-        std::vector<std::array<std::int32_t, 4>> links;
-        std::vector<std::array<std::int32_t, 2>> position;
-        std::vector<std::int32_t> parent;
-
-        std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
-
-        void clear() {
-            value.clear(), known.clear(), links.clear(), position.clear();
-            add(0, -1);
-        }
-
-        std::int32_t add(std::int32_t x, std::int32_t y) {
-            value.push_back({});
-            known.push_back({});
-            links.push_back({});
-            position.push_back({x, y});
-            return static_cast<std::int32_t>(value.size()) - 1;
-        }
-
-        void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            links[static_cast<std::size_t>(a)][from_a] = b;
-            links[static_cast<std::size_t>(b)][from_b] = a;
-        }
-
-        /// Where surfaces branch a joined cell may have two neighbours on a side; it keeps the first.
-        void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            if (links[static_cast<std::size_t>(a)][from_a] == 0 && links[static_cast<std::size_t>(b)][from_b] == 0)
-                link(a, b, from_a, from_b);
-        }
-
-        bool all_border_on_known() const {
-            for (std::size_t i = 1; i < known.size(); ++i)
-                if (known[i][3] == 0.0F) return false;
-            return true;
-        }
-
-        void start_from_known() {
-            colour_type all{};
-            for (const colour_type& k : known)
-                for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
-            for (std::size_t i = 1; i < value.size(); ++i) {
-                const colour_type& from = known[i][3] > 0.0F ? known[i] : all;
-                for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
-            }
-        }
-
-        void prepare() {
-            for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbours = known[i][3];
-                for (std::int32_t other : links[i]) neighbours += other != 0 ? 1.0F : 0.0F;
-                if (neighbours == 0.0F) known[i] = value[i], neighbours = 1.0F;  // stays as it is
-                known[i][3] = 1.0F / neighbours;
-            }
-        }
-
-        void relax(bool backwards) {
-            const std::size_t count = value.size();
-            for (std::size_t step = 1; step < count; ++step) {
-                const std::size_t i = backwards ? count - step : step;
-                const colour_type& up = value[static_cast<std::size_t>(links[i][upwards])];
-                const colour_type& down = value[static_cast<std::size_t>(links[i][downwards])];
-                const colour_type& left = value[static_cast<std::size_t>(links[i][to_left])];
-                const colour_type& right = value[static_cast<std::size_t>(links[i][to_right])];
-                const colour_type& k = known[i];
-                colour_type mean;
-                for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
-                value[i] = mean;
-            }
-        }
-    };
-
-    /// Joins linked cells of each two by two positions.
-    static void coarsen(level& fine, level& coarse) {
-        coarse.clear();
-        fine.parent.assign(fine.value.size(), 0);
-        for (std::size_t i = 1; i < fine.value.size(); ++i) {
-            const std::int32_t x = fine.position[i][0], y = fine.position[i][1];
-            std::int32_t parent = x % 2 == 1 ? fine.parent[static_cast<std::size_t>(fine.links[i][to_left])] : 0;
-            if (parent == 0 && y % 2 == 1) parent = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
-            if (parent == 0) parent = coarse.add(x / 2, y / 2);
-            fine.parent[i] = parent;
-            colour_type& known = coarse.known[static_cast<std::size_t>(parent)];
-            for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
-        }
-        for (std::size_t i = 1; i < fine.value.size(); ++i) {
-            const std::int32_t here = fine.parent[i];
-            const std::int32_t left = fine.parent[static_cast<std::size_t>(fine.links[i][to_left])];
-            const std::int32_t up = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
-            if (left != 0 && left != here) coarse.link_if_free(left, here, to_right, to_left);
-            if (up != 0 && up != here) coarse.link_if_free(up, here, downwards, upwards);
-        }
-    }
-
-    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
-    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
-    static constexpr float known_weight = 2.0F / 3.0F;
-
-    std::vector<level> levels_;
-};
-
-}  // namespace ldi
-
-// ---- ldi/core/executor.hpp
+// ---- ldi/base/executor.hpp
 // The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
 // Results never depend on the executor or on its number of threads.
 
+#include <algorithm>
 #include <concepts>
 #include <condition_variable>
+#include <cstddef>
 #include <exception>
 #include <mutex>
 #include <thread>
 #include <type_traits>
+#include <vector>
 
 namespace ldi {
 
@@ -1036,14 +306,743 @@ private:
 struct observer {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
-    bool (*is_cancelled)(void* user) = nullptr;
+    bool (*is_canceled)(void* user) = nullptr;
 
-    /// Reports progress; raises error_code::cancelled if the caller wants to stop.
+    /// Reports progress; raises error_code::canceled if the caller wants to stop.
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_cancelled != nullptr && is_cancelled(user))
-            raise(error_code::cancelled, std::string(stage), "to run to the end", "a request to stop");
+        if (is_canceled != nullptr && is_canceled(user))
+            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
     }
+};
+
+}  // namespace ldi
+
+// ---- ldi/core/camera.hpp
+// The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
+// corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace ldi {
+
+/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
+/// y up, the camera at the origin looking along -z.
+struct pinhole_camera {
+    std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
+    float focal_length = 0;              ///< in pixels; the optical axis meets the middle of the photo
+
+    /// The point at distance `depth` along the optical axis that is seen at (x, y), in pixels.
+    std::array<float, 3> unproject(float x, float y, float depth) const {
+        const float scale = depth / focal_length;
+        return {(x - 0.5F * static_cast<float>(width)) * scale, (0.5F * static_cast<float>(height) - y) * scale, -depth};
+    }
+
+    /// Where a point in front of the camera is seen, in pixels.
+    std::array<float, 2> project(const std::array<float, 3>& point) const {
+        const float scale = focal_length / -point[2];
+        return {0.5F * static_cast<float>(width) + point[0] * scale, 0.5F * static_cast<float>(height) - point[1] * scale};
+    }
+};
+
+/// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
+inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
+    return millimeters * std::hypot(static_cast<float>(width), static_cast<float>(height)) / std::hypot(36.0F, 24.0F);
+}
+
+/// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
+inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
+    const float radians = degrees * 3.14159265358979F / 180.0F;
+    return 0.5F * static_cast<float>(width > height ? width : height) / std::tan(0.5F * radians);
+}
+
+/// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
+/// disparity move equally far on screen.
+struct depth_range {
+    float z_near = 1.0F;  ///< depth of disparity 1, in meters where known
+    float z_far = 10.0F;  ///< depth of disparity 0
+
+    float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
+    float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
+
+    /// How far, in pixels, a texture drawn in perspective-correct fashion lies from where the photo has it, at worst, along an
+    /// edge of `length` pixels between these disparities: renderers move the middle of an edge towards its nearer end.
+    float texture_shift(float length, float disparity_a, float disparity_b) const {
+        const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
+        return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
+    }
+};
+
+}  // namespace ldi
+
+// ---- ldi/core/graph.hpp
+// The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
+// neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
+
+namespace ldi {
+
+/// The index of a neighbor that does not exist.
+inline constexpr std::int32_t no_pixel = -1;
+
+/// The four sides of a pixel. Up is towards smaller y.
+enum class side : std::uint8_t { up, down, left, right };
+
+/// All sides in the paper's order of exploration.
+inline constexpr side all_sides[] = {side::up, side::down, side::left, side::right};
+
+constexpr side opposite(side s) {
+    switch (s) {
+        case side::up: return side::down;
+        case side::down: return side::up;
+        case side::left: return side::right;
+        case side::right: break;
+    }
+    return side::left;
+}
+
+constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
+constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
+
+/// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
+/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and so on round.
+///
+/// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
+struct graph {
+    std::int32_t width = 0, height = 0;               ///< of the lattice
+    std::vector<std::int32_t> x, y;                   ///< position, K each
+    std::vector<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
+
+    std::size_t size() const { return x.size(); }
+
+    std::vector<std::int32_t>& neighbors(side s) {
+        return const_cast<std::vector<std::int32_t>&>(std::as_const(*this).neighbors(s));
+    }
+    const std::vector<std::int32_t>& neighbors(side s) const {
+        switch (s) {
+            case side::up: return up;
+            case side::down: return down;
+            case side::left: return left;
+            case side::right: break;
+        }
+        return right;
+    }
+
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[static_cast<std::size_t>(pixel)]; }
+
+    /// Makes room for K pixels; new ones are unset.
+    void resize(std::size_t count) {
+        for (std::vector<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+    }
+
+    /// Appends an unlinked pixel and returns its index.
+    std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
+        x.push_back(pixel_x), y.push_back(pixel_y);
+        for (side s : all_sides) neighbors(s).push_back(no_pixel);
+        return static_cast<std::int32_t>(size()) - 1;
+    }
+
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
+    void link(std::int32_t a, side s, std::int32_t b) {
+        std::int32_t& there = neighbors(s)[static_cast<std::size_t>(a)];
+        std::int32_t& back = neighbors(opposite(s))[static_cast<std::size_t>(b)];
+        LDI_ASSERT(there == no_pixel && back == no_pixel);
+        there = b, back = a;
+    }
+
+    /// Removes the link of `a` on side `s`, if there is one.
+    void unlink(std::int32_t a, side s) {
+        std::int32_t& there = neighbors(s)[static_cast<std::size_t>(a)];
+        if (there == no_pixel) return;
+        neighbors(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        there = no_pixel;
+    }
+};
+
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x.
+inline graph make_grid(std::int32_t width, std::int32_t height) {
+    LDI_ASSERT(width >= 0 && height >= 0);
+    graph g;
+    g.width = width, g.height = height;
+    g.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    std::size_t i = 0;
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x, ++i) {
+            const std::int32_t index = static_cast<std::int32_t>(i);
+            g.x[i] = x, g.y[i] = y;
+            g.up[i] = y > 0 ? index - width : no_pixel;
+            g.down[i] = y + 1 < height ? index + width : no_pixel;
+            g.left[i] = x > 0 ? index - 1 : no_pixel;
+            g.right[i] = x + 1 < width ? index + 1 : no_pixel;
+        }
+    return g;
+}
+
+}  // namespace ldi
+
+// ---- ldi/core/canonical_order.hpp
+// The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
+// first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
+
+#include <span>
+
+namespace ldi {
+
+/// The order that makes a graph canonical: `order[new index] = old index`.
+///
+/// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
+///            order does.
+inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+    LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
+    // Count the runs of every scanline, then file their first pixels by scanline.
+    std::vector<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
+    for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
+    std::vector<std::int32_t> starts(first_run.back());
+    std::vector<std::size_t> next(first_run.begin(), first_run.end() - 1);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (g.left[i] == no_pixel) starts[next[static_cast<std::size_t>(g.y[i])]++] = static_cast<std::int32_t>(i);
+
+    const auto before = [&](std::int32_t a, std::int32_t b) {
+        const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+        if (g.x[i] != g.x[j]) return g.x[i] < g.x[j];
+        if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
+        return a < b;
+    };
+    std::vector<std::int32_t> order;
+    order.reserve(g.size());
+    for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
+        const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
+        const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
+        std::sort(first, last, before);
+        for (auto start = first; start != last; ++start)
+            for (std::int32_t i = *start; i != no_pixel; i = g.right[static_cast<std::size_t>(i)]) order.push_back(i);
+    }
+    return order;
+}
+
+/// A K x channels column in a new order.
+template <class Scalar>
+std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
+    std::vector<Scalar> result(order.size() * channels);
+    for (std::size_t i = 0; i < order.size(); ++i)
+        for (std::size_t c = 0; c < channels; ++c)
+            result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];
+    return result;
+}
+
+/// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
+inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
+    LDI_ASSERT(order.size() == g.size());
+    std::vector<std::int32_t> new_index(g.size());
+    for (std::size_t i = 0; i < order.size(); ++i) new_index[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
+    graph result;
+    result.width = g.width, result.height = g.height;
+    result.x = reordered(g.x, order), result.y = reordered(g.y, order);
+    for (side s : all_sides) {
+        const std::vector<std::int32_t>& from = g.neighbors(s);
+        std::vector<std::int32_t>& to = result.neighbors(s);
+        to.resize(order.size());
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            const std::int32_t neighbor = from[static_cast<std::size_t>(order[i])];
+            to[i] = neighbor == no_pixel ? no_pixel : new_index[static_cast<std::size_t>(neighbor)];
+        }
+    }
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/core/coarsening.hpp
+// Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
+// section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
+
+#include <initializer_list>
+
+namespace ldi {
+
+/// A graph at half resolution and how it hangs together with the one it comes from.
+struct coarsened {
+    graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
+    std::vector<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
+    std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
+};
+
+/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
+/// by a silhouette.
+enum class orphan_rule {
+    adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
+                    ///< exploration in the order up, down, left, right finds
+    stay,           ///< it has no parent
+};
+
+namespace detail {
+/// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
+/// down, left, right, finds first; no_pixel if none.
+inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
+    const auto follow = [&](std::initializer_list<side> path) {
+        std::int32_t at = pixel;
+        for (side s : path)
+            if ((at = g.neighbor(at, s)) == no_pixel) break;
+        return at;
+    };
+    const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
+    const std::size_t i = static_cast<std::size_t>(pixel);
+    const bool odd_x = g.x[i] % 2 == 1, odd_y = g.y[i] % 2 == 1;
+    if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
+    if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
+    if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
+    return pixel;
+}
+
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+struct linked_run {
+    std::int32_t first, last;
+};
+
+/// Every pixel in one run. Most of a canonical graph is long ones.
+inline std::vector<linked_run> runs_side_by_side(const graph& g) {
+    std::vector<linked_run> runs;
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t first = 0, last; first < count; first = last) {
+        last = first + 1;
+        while (last < count && g.right[static_cast<std::size_t>(last - 1)] == last) ++last;
+        runs.push_back({first, last});
+    }
+    return runs;
+}
+
+/// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
+inline std::int32_t first_kept(const graph& g, const linked_run& run) {
+    return run.first + (g.x[static_cast<std::size_t>(run.first)] & 1);
+}
+
+/// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
+inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const linked_run& run) { return (g.y[static_cast<std::size_t>(run.first)] & 1) == 0; };
+    std::size_t count = 0;
+    for (const linked_run& run : runs)
+        if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
+    result.kept.resize(count);
+    result.topology.resize(count);
+    result.parent.assign(g.size(), no_pixel);
+    std::size_t n = 0;
+    for (const linked_run& run : runs) {
+        if (!is_even_row(run)) continue;
+        const std::size_t start = static_cast<std::size_t>(run.first);
+        const std::int32_t y = g.y[start] / 2;
+        std::int32_t x = (g.x[start] + 1) / 2;
+        for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
+            result.kept[n] = i;
+            result.topology.x[n] = x, result.topology.y[n] = y;
+            result.parent[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(n);
+        }
+    }
+}
+
+/// Links kept pixels that a straight path of two links joins.
+inline void link_kept_pixels(const graph& g, coarsened& result) {
+    for (side s : all_sides) {
+        const std::vector<std::int32_t>& fine = g.neighbors(s);
+        std::vector<std::int32_t>& coarse = result.topology.neighbors(s);
+        for (std::size_t i = 0; i < result.kept.size(); ++i) {
+            const std::int32_t between = fine[static_cast<std::size_t>(result.kept[i])];
+            const std::int32_t other = between == no_pixel ? no_pixel : fine[static_cast<std::size_t>(between)];
+            coarse[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
+        }
+    }
+}
+
+/// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
+inline void find_parents(const graph& g, const linked_run& run, std::vector<std::int32_t>& parent) {
+    const auto by_corner = [&](std::int32_t pixel) {
+        const std::int32_t corner = corner_of_group(g, pixel);
+        return corner == no_pixel ? no_pixel : parent[static_cast<std::size_t>(corner)];
+    };
+    const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
+    if ((g.y[static_cast<std::size_t>(run.first)] & 1) == 0) {
+        if ((run.first ^ odd) % 2 == 0) parent[static_cast<std::size_t>(run.first)] = by_corner(run.first);
+        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
+            parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(i - 1)];
+        return;
+    }
+    for (std::int32_t i = run.first; i < run.last; ++i) {
+        std::int32_t corner = g.up[static_cast<std::size_t>(i)];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[static_cast<std::size_t>(corner)];
+        parent[static_cast<std::size_t>(i)] = corner == no_pixel ? by_corner(i) : parent[static_cast<std::size_t>(corner)];
+    }
+}
+
+/// Gives every pixel without a parent that of the nearest pixel with one, as breadth-first exploration from it in the order up,
+/// down, left, right finds it; leaves no_pixel where there is none in reach.
+///
+/// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
+/// as the neighbor's own path does: pixels can be settled in the order of their distance.
+inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& parent) {
+    const auto parent_beside = [&](std::int32_t pixel) {
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbor(pixel, s);
+            if (n != no_pixel && parent[static_cast<std::size_t>(n)] != no_pixel) return parent[static_cast<std::size_t>(n)];
+        }
+        return no_pixel;
+    };
+    struct adoption {
+        std::int32_t pixel, parent;
+    };
+    std::vector<adoption> ring, next;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (parent[i] != no_pixel) continue;
+        const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
+        if (found != no_pixel) ring.push_back({pixel, found});
+    }
+    while (!ring.empty()) {
+        // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
+        for (const adoption& a : ring) parent[static_cast<std::size_t>(a.pixel)] = a.parent;
+        next.clear();
+        for (const adoption& a : ring)
+            for (side s : all_sides) {
+                const std::int32_t n = g.neighbor(a.pixel, s);
+                if (n != no_pixel && parent[static_cast<std::size_t>(n)] == no_pixel) next.push_back({n, parent_beside(n)});
+            }
+        std::swap(ring, next);
+    }
+}
+}  // namespace detail
+
+/// Keeps the pixels at even x and even y, all of them where several share a position, in their order, at half their position.
+///
+/// Two kept pixels are linked if a path of two links joined them. They are two steps apart in one direction, so that the path can
+/// only be the straight one.
+///
+/// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
+/// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
+/// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
+    coarsened result;
+    result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
+    const std::vector<detail::linked_run> runs = detail::runs_side_by_side(g);
+    detail::keep_even_pixels(g, runs, result);
+    detail::link_kept_pixels(g, result);
+    for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
+    if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/base/disjoint_sets.hpp
+// Disjoint sets of the integers from 0, merged in almost constant time: union-find with path halving (Tarjan and van Leeuwen,
+// "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
+// the order of merging.
+
+namespace ldi::detail {
+
+class disjoint_sets {
+public:
+    disjoint_sets() = default;
+    /// Every integer in a set of its own.
+    explicit disjoint_sets(std::size_t count) {
+        parent_.reserve(count);
+        while (parent_.size() < count) add();
+    }
+
+    std::size_t size() const { return parent_.size(); }
+
+    /// Appends an integer in a set of its own, and returns it.
+    std::int32_t add() {
+        const std::int32_t member = static_cast<std::int32_t>(parent_.size());
+        parent_.push_back(member);
+        return member;
+    }
+
+    /// The smallest member of the set that holds `member`.
+    std::int32_t find(std::int32_t member) {
+        LDI_ASSERT(member >= 0 && static_cast<std::size_t>(member) < size());
+        while (parent(member) != member) {
+            parent(member) = parent(parent(member));
+            member = parent(member);
+        }
+        return member;
+    }
+
+    /// Merges the sets that hold a and b, and returns the smallest member of the result.
+    std::int32_t merge(std::int32_t a, std::int32_t b) {
+        a = find(a), b = find(b);
+        if (b < a) {
+            parent(a) = b;
+            return b;
+        }
+        parent(b) = a;
+        return a;
+    }
+
+    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
+    /// the set that holds it.
+    std::int32_t number(std::vector<std::int32_t>& labels) const {
+        labels.resize(size());
+        std::int32_t count = 0;
+        for (std::size_t i = 0; i < size(); ++i) {
+            const std::size_t up = static_cast<std::size_t>(parent_[i]);  // never above i, so it has its number already
+            labels[i] = up == i ? count++ : labels[up];
+        }
+        return count;
+    }
+
+private:
+    std::int32_t& parent(std::int32_t member) { return parent_[static_cast<std::size_t>(member)]; }
+
+    std::vector<std::int32_t> parent_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/core/components.hpp
+// Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
+// isolated features at middle values) and everything that must treat a surface as one thing starts from them.
+
+namespace ldi {
+
+/// A partition of the pixels of a graph.
+struct components {
+    std::vector<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
+    std::vector<std::int32_t> size;   ///< the number of pixels in each component
+
+    std::size_t count() const { return size.size(); }
+};
+
+/// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
+/// a scanline stand side by side: the sets that are merged are then runs, not pixels.
+inline components connected_components(const graph& g) {
+    components result;
+    const std::size_t count = g.size();
+
+    // Runs: pixels with successive indices, each the left neighbor of the next. `label` holds the run of each pixel for now.
+    std::vector<std::int32_t>& run_of = result.label;
+    run_of.resize(count);
+    std::vector<std::size_t> run_starts;
+    detail::disjoint_sets runs;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i == 0 || g.left[i] != static_cast<std::int32_t>(i) - 1) {
+            run_starts.push_back(i);
+            runs.add();
+        }
+        run_of[i] = static_cast<std::int32_t>(runs.size()) - 1;
+    }
+    run_starts.push_back(count);
+
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+        const std::int32_t this_run = static_cast<std::int32_t>(run);
+        const std::int32_t left = g.left[run_starts[run]];
+        if (left != no_pixel) runs.merge(this_run, run_of[static_cast<std::size_t>(left)]);
+        // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
+        std::int32_t merged_first = 0, merged_last = 0;
+        for (std::size_t i = run_starts[run]; i < run_starts[run + 1]; ++i) {
+            const std::int32_t above = g.up[i];
+            if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
+            const std::size_t run_above = static_cast<std::size_t>(run_of[static_cast<std::size_t>(above)]);
+            runs.merge(this_run, static_cast<std::int32_t>(run_above));
+            merged_first = static_cast<std::int32_t>(run_starts[run_above]);
+            merged_last = static_cast<std::int32_t>(run_starts[run_above + 1]);
+        }
+    }
+
+    std::vector<std::int32_t> label_of_run;
+    result.size.assign(static_cast<std::size_t>(runs.number(label_of_run)), 0);
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+        const std::int32_t label = label_of_run[run];
+        std::fill(result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run]),
+                  result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run + 1]), label);
+        result.size[static_cast<std::size_t>(label)] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
+    }
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/core/diffusion.hpp
+// Isotropic diffusion of colors into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
+// inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the smoothest way through the
+// known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
+//
+// Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
+// until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
+// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colors.
+
+namespace ldi {
+
+/// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
+///
+///     diffusion d;
+///     d.start();
+///     const std::int32_t cell = d.add_cell(3, 7);
+///     d.add_known_neighbor(cell, red_green_blue);
+///     d.solve(4);
+///     d.color(cell)[0];
+class diffusion {
+public:
+    /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
+    using color_type = std::array<float, 4>;
+
+    /// Forgets all cells.
+    void start() {
+        if (levels_.empty()) levels_.resize(1);
+        levels_[0].clear();
+    }
+
+    /// Adds an unknown cell and returns its number: 1 for the first, and so on. Cells come in scanline order; several may lie at
+    /// one position.
+    std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
+
+    /// Says that a neighbor of the cell has a known color: red, green, blue.
+    void add_known_neighbor(std::int32_t cell, const std::uint8_t* color) {
+        color_type& sum = levels_[0].known[static_cast<std::size_t>(cell)];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(color[c]);
+        sum[3] += 1.0F;
+    }
+
+    /// Says which unknown cell lies to the left of the cell.
+    void link_left(std::int32_t cell, std::int32_t left) { levels_[0].link(left, cell, to_right, to_left); }
+    /// Says which unknown cell lies above the cell.
+    void link_up(std::int32_t cell, std::int32_t above) { levels_[0].link(above, cell, downwards, upwards); }
+
+    /// The number of cells.
+    std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
+
+    /// Finds all colors with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known color gets the
+    /// mean of all known ones.
+    void solve(int rounds) {
+        if (size() == 0) return;
+        std::size_t depth = 1;
+        while (!levels_[depth - 1].all_border_on_known()) {
+            if (levels_.size() == depth) levels_.emplace_back();
+            coarsen(levels_[depth - 1], levels_[depth]);
+            if (levels_[depth].size() == levels_[depth - 1].size()) break;  // nothing left to join
+            ++depth;
+        }
+        for (std::size_t l = depth; l-- > 0;) {
+            level& here = levels_[l];
+            if (l + 1 == depth) {
+                here.start_from_known();
+            } else {
+                for (std::size_t i = 1; i < here.value.size(); ++i)
+                    here.value[i] = levels_[l + 1].value[static_cast<std::size_t>(here.parent[i])];
+            }
+            here.prepare();
+            for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
+        }
+    }
+
+    /// The color of a cell, once solved.
+    const color_type& color(std::int32_t cell) const { return levels_[0].value[static_cast<std::size_t>(cell)]; }
+
+private:
+    static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
+
+    /// Cell 0 is black and stands for every neighbor that does not exist.
+    struct level {
+        std::vector<color_type> value;
+        /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
+        std::vector<color_type> known;
+        std::vector<std::array<std::int32_t, 4>> links;
+        std::vector<std::array<std::int32_t, 2>> position;
+        std::vector<std::int32_t> parent;
+
+        std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
+
+        void clear() {
+            value.clear(), known.clear(), links.clear(), position.clear();
+            add(0, -1);
+        }
+
+        std::int32_t add(std::int32_t x, std::int32_t y) {
+            value.push_back({});
+            known.push_back({});
+            links.push_back({});
+            position.push_back({x, y});
+            return static_cast<std::int32_t>(value.size()) - 1;
+        }
+
+        void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
+            links[static_cast<std::size_t>(a)][from_a] = b;
+            links[static_cast<std::size_t>(b)][from_b] = a;
+        }
+
+        /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
+        void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
+            if (links[static_cast<std::size_t>(a)][from_a] == 0 && links[static_cast<std::size_t>(b)][from_b] == 0)
+                link(a, b, from_a, from_b);
+        }
+
+        bool all_border_on_known() const {
+            for (std::size_t i = 1; i < known.size(); ++i)
+                if (known[i][3] == 0.0F) return false;
+            return true;
+        }
+
+        void start_from_known() {
+            color_type all{};
+            for (const color_type& k : known)
+                for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                const color_type& from = known[i][3] > 0.0F ? known[i] : all;
+                for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
+            }
+        }
+
+        void prepare() {
+            for (std::size_t i = 1; i < value.size(); ++i) {
+                float neighbors = known[i][3];
+                for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
+                known[i][3] = 1.0F / neighbors;
+            }
+        }
+
+        void relax(bool backwards) {
+            const std::size_t count = value.size();
+            for (std::size_t step = 1; step < count; ++step) {
+                const std::size_t i = backwards ? count - step : step;
+                const color_type& up = value[static_cast<std::size_t>(links[i][upwards])];
+                const color_type& down = value[static_cast<std::size_t>(links[i][downwards])];
+                const color_type& left = value[static_cast<std::size_t>(links[i][to_left])];
+                const color_type& right = value[static_cast<std::size_t>(links[i][to_right])];
+                const color_type& k = known[i];
+                color_type mean;
+                for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
+                value[i] = mean;
+            }
+        }
+    };
+
+    /// Joins linked cells of each two by two positions.
+    static void coarsen(level& fine, level& coarse) {
+        coarse.clear();
+        fine.parent.assign(fine.value.size(), 0);
+        for (std::size_t i = 1; i < fine.value.size(); ++i) {
+            const std::int32_t x = fine.position[i][0], y = fine.position[i][1];
+            std::int32_t parent = x % 2 == 1 ? fine.parent[static_cast<std::size_t>(fine.links[i][to_left])] : 0;
+            if (parent == 0 && y % 2 == 1) parent = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            if (parent == 0) parent = coarse.add(x / 2, y / 2);
+            fine.parent[i] = parent;
+            color_type& known = coarse.known[static_cast<std::size_t>(parent)];
+            for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
+        }
+        for (std::size_t i = 1; i < fine.value.size(); ++i) {
+            const std::int32_t here = fine.parent[i];
+            const std::int32_t left = fine.parent[static_cast<std::size_t>(fine.links[i][to_left])];
+            const std::int32_t up = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            if (left != 0 && left != here) coarse.link_if_free(left, here, to_right, to_left);
+            if (up != 0 && up != here) coarse.link_if_free(up, here, downwards, upwards);
+        }
+    }
+
+    /// Two cells side by side border on two known texels, at a distance of one and a half from their middle; the next two are at
+    /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
+    static constexpr float known_weight = 2.0F / 3.0F;
+
+    std::vector<level> levels_;
 };
 
 }  // namespace ldi
@@ -1118,7 +1117,7 @@ concept payload_column = requires {
 };
 
 /// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
-struct colour_column {
+struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
 };
@@ -1129,7 +1128,7 @@ struct disparity_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo gives the colour, 0 where it must be inpainted.
+/// 1 where the photo gives the color, 0 where it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -1209,7 +1208,7 @@ private:
 };
 
 /// The layered image that a photo becomes.
-using photo_layers = layered_image<colour_column, disparity_column, known_column>;
+using photo_layers = layered_image<color_column, disparity_column, known_column>;
 
 }  // namespace ldi
 
@@ -1224,9 +1223,9 @@ namespace ldi {
 enum class invariant {
     equal_columns,       ///< all six columns have the same length
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
-    neighbour_in_range,  ///< a neighbour is no_pixel or the index of a pixel
-    mutual_links,        ///< the neighbour's neighbour on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbour lies one step to its side
+    neighbor_in_range,  ///< a neighbor is no_pixel or the index of a pixel
+    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,       ///< a neighbor lies one step to its side
     canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
 };
 
@@ -1234,9 +1233,9 @@ constexpr std::string_view to_string(invariant i) {
     switch (i) {
         case invariant::equal_columns: return "columns of equal length";
         case invariant::inside_lattice: return "position inside the lattice";
-        case invariant::neighbour_in_range: return "neighbour index in range";
+        case invariant::neighbor_in_range: return "neighbor index in range";
         case invariant::mutual_links: return "mutual links";
-        case invariant::one_step_away: return "neighbour one step away";
+        case invariant::one_step_away: return "neighbor one step away";
         case invariant::canonical_order: return "canonical order";
     }
     return "unknown invariant";
@@ -1251,7 +1250,7 @@ struct violation {
 /// Nothing if the graph is sound.
 inline std::optional<violation> validate(const graph& g) {
     for (side s : all_sides)
-        if (g.neighbours(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
+        if (g.neighbors(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     if (g.y.size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
@@ -1260,17 +1259,17 @@ inline std::optional<violation> validate(const graph& g) {
     }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
-            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbour_in_range, i};
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbor_in_range, i};
         }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
-            if (n != no_pixel && g.neighbour(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && g.neighbor(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
         }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
+            const std::int32_t n = g.neighbor(i, s);
             if (n == no_pixel) continue;
             const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
             if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
@@ -1290,7 +1289,7 @@ inline std::optional<violation> validate_canonical(const graph& g, std::span<con
 }  // namespace ldi
 
 // ---- ldi/core/window.hpp
-// Breadth-first k x k neighbourhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
+// Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
 // "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
 
 namespace ldi {
@@ -1305,13 +1304,13 @@ struct reached_element {
 };
 }  // namespace detail
 
-/// Fills `window` with the pixels under a kernel centred on `pixel`.
+/// Fills `window` with the pixels under a kernel centerd on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
 ///              (column - kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel where no link leads inside the window
 ///
-/// Exploration is breadth-first from the centre: elements are taken up in the order in which they were reached, and from each
+/// Exploration is breadth-first from the center: elements are taken up in the order in which they were reached, and from each
 /// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
 /// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
@@ -1338,8 +1337,8 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
         for (side s : all_sides) {
             const std::int32_t row = from.row + step_y(s), column = from.column + step_x(s);
             if (row < 0 || row >= kernel_size || column < 0 || column >= kernel_size) continue;
-            const std::int32_t neighbour = g.neighbour(from.pixel, s);
-            if (neighbour != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbour);
+            const std::int32_t neighbor = g.neighbor(from.pixel, s);
+            if (neighbor != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbor);
         }
     }
 }
@@ -1585,7 +1584,7 @@ inline isa best_isa() {
 }  // namespace ldi
 
 // ---- ldi/kernels/requantize.hpp
-// Exact integer requantisation: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
+// Exact integer requantization: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
 // arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
 // for bit. Every instruction set must give the values that the functions here give.
 
@@ -1662,7 +1661,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// For `y = a + b`, each in its own quantisation.
+/// For `y = a + b`, each in its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));
@@ -1684,7 +1683,7 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 }  // namespace ldi
 
 // ---- ldi/kernels/detail/add_u8_constants.hpp
-// What one quantised addition needs to know: see kernels/add_u8.hpp.
+// What one quantized addition needs to know: see kernels/add_u8.hpp.
 
 namespace ldi {
 
@@ -1699,7 +1698,7 @@ struct add_u8_constants {
 }  // namespace ldi
 
 // ---- ldi/kernels/requantize_float.hpp
-// Requantisation in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
+// Requantization in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
 // third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
 // known by at most 255 thresholds; a float form that agrees on both sides of each of them agrees everywhere. The obvious
 // constants miss a few thresholds by one; nudged by some units in the last place they miss none.
@@ -2055,7 +2054,7 @@ LDI_END_TARGET
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
 // What the NEON kernels share: the dot product, and from sums of 32 bits to 8-bit values. NEON has instructions for each step of
-// the integer requantisation (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
+// the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
 // values. It is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
@@ -2334,7 +2333,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #endif
 
 // ---- ldi/kernels/add_u8.hpp
-// Addition of two 8-bit tensors, each in its own quantisation. This header is the contract of the family; one file for each
+// Addition of two 8-bit tensors, each in its own quantization. This header is the contract of the family; one file for each
 // instruction set implements it, all with equal results.
 
 namespace ldi {
@@ -2389,7 +2388,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     std::vector<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
         expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
-    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbours of the real constants a few are lucky.
+    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
@@ -2495,7 +2494,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their
+/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
 template <executor Executor>
 image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
@@ -3975,8 +3974,8 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
 }
 
 /// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
-/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. AVX2 takes wider weights
-/// as well. NEON's requantisation is the integer form.
+/// -127..128 (a zero point of 127) fit once negated, and the requantization then takes the sums negated. AVX2 takes wider weights
+/// as well. NEON's requantization is the integer form.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -4486,7 +4485,7 @@ LDI_END_TARGET
 // The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
 // of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
 // that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
-// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantise.
+// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantize.
 //
 // Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
 // stretches of the row at the same time.
@@ -4792,7 +4791,7 @@ struct depthwise_columns {
 // The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
 // then each of the three columns of a window is one sdot for 4 channels. For 16 channels of a pixel (144 products) that is 12
 // sdot and, for the column that the window before did not have, 11 instructions that interleave and make signed; with widening
-// multiplications (smlal) it would be 36 and 6. Requantisation and stores make it about 90 in all.
+// multiplications (smlal) it would be 36 and 6. Requantization and stores make it about 90 in all.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -5042,7 +5041,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// The last column's neighbour has weight 0.
+    /// The last column's neighbor has weight 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 
@@ -5171,7 +5170,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 #endif
 
 // ---- ldi/kernels/depthwise_u8.hpp
-// Depthwise 3 x 3 convolution of 8-bit activations, requantised to 8 bits, one row of the result at a time. It can read its
+// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
 // input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
 // for each instruction set implements it, all with equal results.
 
@@ -5304,7 +5303,7 @@ inline void pack_tiles(gemm_u8_weights& packed, std::span<const std::uint8_t> we
                     append(segment, tile, o);
 }
 
-/// Sums that wait to be requantised: two tiles of pixels, rows behind rows.
+/// Sums that wait to be requantized: two tiles of pixels, rows behind rows.
 struct tile_sums {
     const std::int32_t* values = nullptr;
     std::size_t rows = 0;           ///< of each of the two tiles
@@ -5422,7 +5421,7 @@ private:
 // ---- ldi/kernels/gemm_u8_amx.hpp
 // kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
 //
-// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantising
+// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantizing
 // takes AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is
 // the longer of the two, and runs while the tile unit multiplies.
 
@@ -6306,7 +6305,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
                 static_cast<std::int16_t>(weights[o * inputs + i] - weight_zero_point);
 }
 
-/// The sums of `pixels` pixels with one panel of weights, requantised.
+/// The sums of `pixels` pixels with one panel of weights, requantized.
 template <std::size_t pixels>
 inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t first_pixel,
                          std::size_t pixel_stride, std::size_t first_output, std::uint8_t* result) {
@@ -6544,14 +6543,14 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 #endif
 
 // ---- ldi/kernels/gemm_u8.hpp
-// Matrix product of 8-bit activations and 8-bit weights, requantised to 8 bits: the 1 x 1 convolution, and any dense k x k one,
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
 // whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
 // instruction set implements it, all with equal results.
 
 namespace ldi {
 
 /// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
-///                   float form of the requantisation), the weights are packed for a slower one; `result.target` tells
+///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
 /// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
@@ -6617,7 +6616,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 }  // namespace ldi
 
 // ---- ldi/kernels/repeat_pixels_u8.hpp
-// Nearest-neighbour enlargement of one row of 8-bit activations.
+// Nearest-neighbor enlargement of one row of 8-bit activations.
 
 namespace ldi {
 
@@ -6630,7 +6629,7 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 }  // namespace ldi
 
-// ---- ldi/nn/detail/regular_pixels.hpp
+// ---- ldi/nn/ldi/detail/regular_pixels.hpp
 // Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
 
 #include <bit>
@@ -6684,12 +6683,12 @@ private:
     std::vector<std::uint64_t> words_;
 };
 
-/// Pixels first, first + 1, ... whose neighbours on one side are target, target + 1, ...
+/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
 struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// All pixels that have a neighbour in the column `links`, in as few strips as can be.
+/// All pixels that have a neighbor in the column `links`, in as few strips as can be.
 inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
     std::vector<pixel_strip> strips;
     for (std::size_t i = 0; i < links.size();) {
@@ -6715,13 +6714,13 @@ struct link_strips {
 /// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
 /// whatever other links there are.
 ///
-/// Proof. An element (x, y) of the window, seen from the centre, is reached along spine and rib in |x| + |y| steps, and in fewer
+/// Proof. An element (x, y) of the window, seen from the center, is reached along spine and rib in |x| + |y| steps, and in fewer
 /// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
-/// and each holds its rib's pixel: those above the centre, farthest up first; those below, farthest down first; then (-d, 0) and
+/// and each holds its rib's pixel: those above the center, farthest up first; those below, farthest down first; then (-d, 0) and
 /// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
 /// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
-/// do: the next one on the rib, towards the spine, and the one nearer to the centre's row, (x, y -+ 1). Of the two the rib's lies
-/// farther from the centre's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
+/// do: the next one on the rib, towards the spine, and the one nearer to the center's row, (x, y -+ 1). Of the two the rib's lies
+/// farther from the center's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
 /// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
 /// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
 /// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
@@ -6735,7 +6734,7 @@ public:
 
     regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbour lies next in memory
+        pixel_bits has_right(g.size());  // the right neighbor lies next in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1)
                 has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
@@ -6764,8 +6763,8 @@ public:
         for (std::size_t s = 0; s < firsts.size(); ++s) {
             rows[radius_] = firsts[s];
             for (std::size_t n = 1; n <= radius_; ++n) {
-                rows[radius_ - n] = g_.neighbour(rows[radius_ - n + 1], side::up);
-                rows[radius_ + n] = g_.neighbour(rows[radius_ + n - 1], side::down);
+                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
+                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
             }
             const std::int32_t count = lasts[s] - firsts[s] + 1;
             if (!visit(firsts[s], count, std::span<const std::int32_t>(rows)))
@@ -6794,15 +6793,15 @@ private:
         for (const pixel_strip& strip : strips)
             side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
         for (std::size_t n = 1; n <= radius_; ++n) {
-            with_rib = as_seen_from_neighbours(with_rib, strips);
+            with_rib = as_seen_from_neighbors(with_rib, strips);
             regular_.keep_common(with_rib);
-            if (n > 1) side_by_side = as_seen_from_neighbours(side_by_side, strips);
+            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
             goes_on_.keep_common(side_by_side);
         }
     }
 
-    /// At each pixel the bit of its neighbour, zero where there is none.
-    pixel_bits as_seen_from_neighbours(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
+    /// At each pixel the bit of its neighbor, zero where there is none.
+    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
         for (const pixel_strip& strip : strips)
             seen.copy(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), bits,
@@ -6818,7 +6817,7 @@ private:
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/convolution_plan.hpp
+// ---- ldi/nn/ldi/convolution_plan.hpp
 // Where a k x k convolution on a layered depth image finds its inputs. Most of an LDI is ordinary image rows, and a window there
 // is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
 // which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
@@ -6987,7 +6986,7 @@ inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
 
 }  // namespace ldi
 
-// ---- ldi/nn/detail/convolution_block.hpp
+// ---- ldi/nn/ldi/detail/convolution_block.hpp
 // One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
 // together in a small buffer; both by the same kernel, which adds in the same order.
 
@@ -7258,7 +7257,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 }  // namespace detail
 }  // namespace ldi
 
-// ---- ldi/nn/ldi_convolution.hpp
+// ---- ldi/nn/ldi/convolution.hpp
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
 // after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
 // bytes, or bfloat16 where a processor multiplies these.
@@ -7283,7 +7282,7 @@ inline std::vector<float> channels_last(std::span<const float> weights, std::siz
 
 /// Weights as PyTorch stores them, in the order that conv_f32() reads.
 ///
-/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalisation folded in
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
 /// inputs   channels; where a convolution reads several sources, of all of them, one after the other
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
@@ -7370,55 +7369,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 
 }  // namespace ldi
 
-// ---- ldi/nn/network_description.hpp
-// A quantised network as plain data, between the reader of a file format (networks/caffe2.hpp) and what runs it
-// (nn/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
-
-#include <variant>
-
-namespace ldi {
-
-/// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
-struct convolution_description {
-    std::size_t input = 0;   ///< a tensor
-    std::size_t kernel = 1;  ///< side of the window, odd
-    std::size_t stride = 1;
-    bool depthwise = false;             ///< each output channel sees its own input channel only
-    std::vector<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
-    quantization weight_quantization;
-    std::vector<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
-};
-
-/// The sum of two tensors of equal shape.
-struct addition_description {
-    std::array<std::size_t, 2> inputs = {};  ///< tensors
-};
-
-/// Every pixel repeated `factor` times in both directions.
-struct nearest_resize_description {
-    std::size_t input = 0;  ///< a tensor
-    std::size_t factor = 1;
-};
-
-struct operator_description {
-    std::string name;  ///< of the tensor it makes, for messages and for looking at intermediate results
-    quantization output;
-    std::variant<convolution_description, addition_description, nearest_resize_description> kind;
-};
-
-/// Tensors are numbered: 0 is the network's input, i + 1 what operators[i] makes. An operator reads only tensors made before it.
-struct network_description {
-    std::string input_name;
-    std::size_t input_channels = 0;
-    quantization input;
-    std::vector<operator_description> operators;
-    std::size_t output = 0;  ///< the tensor that is the network's result
-    std::string where = {};  ///< the file it comes from, for messages; may be empty
-};
-
-}  // namespace ldi
-
-// ---- ldi/nn/pixel_subset.hpp
+// ---- ldi/nn/ldi/pixel_subset.hpp
 // Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
 // others.
 
@@ -7466,7 +7417,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 
 }  // namespace ldi
 
-// ---- ldi/core/detail/printable.hpp
+// ---- ldi/base/printable.hpp
 // Names that come out of files, in messages.
 
 namespace ldi::detail {
@@ -7486,7 +7437,132 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/detail/check_network.hpp
+// ---- ldi/nn/ldi/weights.hpp
+// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes from it
+// what it needs, and every tensor's type and shape are checked when it is taken.
+
+#include <functional>
+#include <map>
+#include <variant>
+
+namespace ldi {
+
+/// Row-major values. Half-precision numbers of a file are here as float.
+struct tensor {
+    std::vector<std::size_t> shape;  ///< empty for a single value
+    std::variant<std::vector<float>, std::vector<std::int32_t>, std::vector<std::int8_t>, std::vector<std::uint8_t>> values;
+};
+
+/// Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< they come from, for messages: the path of a file
+};
+
+/// "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const std::vector<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+namespace detail {
+template <class Scalar>
+constexpr std::string_view scalar_name() {
+    if constexpr (std::is_same_v<Scalar, float>) return "float";
+    if constexpr (std::is_same_v<Scalar, std::int32_t>) return "int32";
+    if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
+    if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
+}
+
+/// A tensor as messages name it.
+inline std::string tensor_place(const named_tensors& from, std::string_view name) {
+    return place_in(from.where, "tensor " + printable(name));
+}
+}  // namespace detail
+
+/// The values of the tensor `name`, which must be of this type and shape.
+///
+/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+template <class Scalar>
+const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
+                                         const std::vector<std::size_t>& shape) {
+    const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
+    const auto found = from.tensors.find(name);
+    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
+    const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
+    if (values == nullptr || found->second.shape != shape) {
+        const std::string_view type =
+            std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
+                       found->second.values);
+        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
+              std::string(type) + ", " + shape_text(found->second.shape));
+    }
+    return *values;
+}
+
+/// Errors: mismatch, naming the first tensor that is not among `names`.
+template <class Names>
+void check_no_others(const named_tensors& from, const Names& names) {
+    for (const auto& [name, values] : from.tensors) {
+        bool is_named = false;
+        for (const auto& known : names) is_named = is_named || known == name;
+        if (!is_named)
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+    }
+}
+
+}  // namespace ldi
+
+// ---- ldi/nn/dense/network_description.hpp
+// A quantized network as plain data, between the reader of a file format (formats/caffe2.hpp) and what runs it
+// (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
+
+namespace ldi {
+
+/// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
+struct convolution_description {
+    std::size_t input = 0;   ///< a tensor
+    std::size_t kernel = 1;  ///< side of the window, odd
+    std::size_t stride = 1;
+    bool depthwise = false;             ///< each output channel sees its own input channel only
+    std::vector<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
+    quantization weight_quantization;
+    std::vector<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
+};
+
+/// The sum of two tensors of equal shape.
+struct addition_description {
+    std::array<std::size_t, 2> inputs = {};  ///< tensors
+};
+
+/// Every pixel repeated `factor` times in both directions.
+struct nearest_resize_description {
+    std::size_t input = 0;  ///< a tensor
+    std::size_t factor = 1;
+};
+
+struct operator_description {
+    std::string name;  ///< of the tensor it makes, for messages and for looking at intermediate results
+    quantization output;
+    std::variant<convolution_description, addition_description, nearest_resize_description> kind;
+};
+
+/// Tensors are numbered: 0 is the network's input, i + 1 what operators[i] makes. An operator reads only tensors made before it.
+struct network_description {
+    std::string input_name;
+    std::size_t input_channels = 0;
+    quantization input;
+    std::vector<operator_description> operators;
+    std::size_t output = 0;  ///< the tensor that is the network's result
+    std::string where = {};  ///< the file it comes from, for messages; may be empty
+};
+
+}  // namespace ldi
+
+// ---- ldi/nn/dense/detail/check_network.hpp
 // Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
 // used, and an error names the tensor.
 
@@ -7599,7 +7675,7 @@ inline void check_network(const network_description& network) {
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/detail/packed_layer.hpp
+// ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network as its kernels take them.
 
 namespace ldi {
@@ -7684,7 +7760,7 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }  // namespace detail
 }  // namespace ldi
 
-// ---- ldi/nn/detail/row_chain.hpp
+// ---- ldi/nn/dense/detail/row_chain.hpp
 // Runs layers that follow on each other as one: a strip of rows of the last layer's result at a time. Between the layers only the
 // rows that the next one still needs are kept, in rings that stay in the processor's caches, so that the six- to fifteenfold
 // wider tensors inside the network's blocks never reach memory.
@@ -7926,7 +8002,7 @@ private:
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/detail/schedule.hpp
+// ---- ldi/nn/dense/detail/schedule.hpp
 // In which chains the layers of a network run, and where in one block of memory their tensors lie.
 
 namespace ldi::detail {
@@ -8158,8 +8234,8 @@ inline schedule_plan plan_schedule(const std::vector<packed_layer>& layers, cons
 
 }  // namespace ldi::detail
 
-// ---- ldi/nn/quantized_network.hpp
-// Runs a network of 8-bit convolutions, additions and nearest-neighbour enlargements (paper, section "Depth Estimation",
+// ---- ldi/nn/dense/quantized_network.hpp
+// Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
 // "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
 
 #include <memory>
@@ -8424,87 +8500,9 @@ private:
 
 }  // namespace ldi
 
-// ---- ldi/nn/weights.hpp
-// What a weight file holds: named tensors, and text about them. io/safetensors.hpp reads it from a file; a network takes from it
-// what it needs, and every tensor's type and shape are checked when it is taken.
-
-#include <functional>
-#include <map>
-
-namespace ldi {
-
-/// Row-major values. Half-precision numbers of a file are here as float.
-struct tensor {
-    std::vector<std::size_t> shape;  ///< empty for a single value
-    std::variant<std::vector<float>, std::vector<std::int32_t>, std::vector<std::int8_t>, std::vector<std::uint8_t>> values;
-};
-
-/// Names are unique.
-struct named_tensors {
-    std::map<std::string, tensor, std::less<>> tensors;
-    std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< they come from, for messages: the path of a file
-};
-
-/// "20 x 4 x 7 x 7", or "a single value".
-inline std::string shape_text(const std::vector<std::size_t>& shape) {
-    if (shape.empty()) return "a single value";
-    std::string text;
-    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
-    return text;
-}
-
-namespace detail {
-template <class Scalar>
-constexpr std::string_view scalar_name() {
-    if constexpr (std::is_same_v<Scalar, float>) return "float";
-    if constexpr (std::is_same_v<Scalar, std::int32_t>) return "int32";
-    if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
-    if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
-}
-
-/// A tensor as messages name it.
-inline std::string tensor_place(const named_tensors& from, std::string_view name) {
-    return place_in(from.where, "tensor " + printable(name));
-}
-}  // namespace detail
-
-/// The values of the tensor `name`, which must be of this type and shape.
-///
-/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
-template <class Scalar>
-const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
-                                         const std::vector<std::size_t>& shape) {
-    const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
-    const auto found = from.tensors.find(name);
-    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
-    const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
-    if (values == nullptr || found->second.shape != shape) {
-        const std::string_view type =
-            std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
-                       found->second.values);
-        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
-              std::string(type) + ", " + shape_text(found->second.shape));
-    }
-    return *values;
-}
-
-/// Errors: mismatch, naming the first tensor that is not among `names`.
-template <class Names>
-void check_no_others(const named_tensors& from, const Names& names) {
-    for (const auto& [name, values] : from.tensors) {
-        bool is_named = false;
-        for (const auto& known : names) is_named = is_named || known == name;
-        if (!is_named)
-            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
-    }
-}
-
-}  // namespace ldi
-
-// ---- ldi/nn/quantized_weights.hpp
+// ---- ldi/nn/dense/quantized_weights.hpp
 // Reads an 8-bit network from a weight file that holds its operators beside their weights, as
-// examples/training/tiefenrausch_small writes it. io/safetensors.hpp reads the file.
+// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 
 namespace ldi {
 
@@ -8648,11 +8646,11 @@ namespace ldi {
 struct farbrausch_architecture {
     std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                         ///< passes that carry colours on at the coarsest level
+    int growth = 4;                                         ///< passes that carry colors on at the coarsest level
     float leak = 0.2F;                                      ///< of the decoder's activation, below 0
 };
 
-/// What a network computes with. Colours that were inpainted differ from those in float32 by less than can be seen:
+/// What a network computes with. Colors that were inpainted differ from those in float32 by less than can be seen:
 /// bench/README.md has figures.
 enum class arithmetic {
     float32,
@@ -8947,7 +8945,7 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
 
 }  // namespace ldi::detail
 
-// ---- ldi/core/detail/four_floats.hpp
+// ---- ldi/base/four_floats.hpp
 // Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang, x86 and Arm, know this type;
 // what they make of ordinary loops with comparisons in them depends on their version and flags.
 
@@ -8980,23 +8978,23 @@ inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; 
 }  // namespace ldi::detail::lanes
 
 // ---- ldi/networks/detail/smooth_fills.hpp
-// The smooth colours that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
+// The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
 // image. examples/training/farbrausch/README.md says what they are, step by step.
 
 namespace ldi::detail {
 
-/// red, green, blue, and 1 where there is a colour; four zeros where there is none.
-using masked_colour = lanes::four_floats;
+/// red, green, blue, and 1 where there is a color; four zeros where there is none.
+using masked_color = lanes::four_floats;
 
-/// Masked colours side by side.
-class masked_colours {
+/// Masked colors side by side.
+class masked_colors {
 public:
-    masked_colours() = default;
-    explicit masked_colours(std::size_t count) : values_(count * lanes::wide) {}
+    masked_colors() = default;
+    explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
 
     std::size_t size() const { return values_.size() / lanes::wide; }
-    masked_colour operator[](std::int32_t i) const { return lanes::load(at(i)); }
-    void set(std::int32_t i, masked_colour colour) { lanes::store(at(i), colour); }
+    masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
+    void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
     float* at(std::int32_t i) { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
@@ -9006,18 +9004,18 @@ private:
     aligned_vector<float> values_;
 };
 
-/// The average of `count = sum[3]` colours whose sum this is.
-inline masked_colour average_of(masked_colour sum) {
+/// The average of `count = sum[3]` colors whose sum this is.
+inline masked_color average_of(masked_color sum) {
     static constexpr std::array<float, 10> reciprocals{0.0F,     1.0F,     1.0F / 2, 1.0F / 3, 1.0F / 4,
                                                        1.0F / 5, 1.0F / 6, 1.0F / 7, 1.0F / 8, 1.0F / 9};
     const float reciprocal = reciprocals[static_cast<std::size_t>(sum[3])];
-    masked_colour average = sum * reciprocal;
+    masked_color average = sum * reciprocal;
     average[3] = reciprocal > 0.0F ? 1.0F : 0.0F;
     return average;
 }
 
 /// Calls `store(output, average)` for every output of a plan of 3 x 3 windows, with the average of those `value(pixel)` in its
-/// window that are colours. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
+/// window that are colors. Sums are taken column by column wherever the window lies, so results don't depend on the plan.
 template <executor Executor, class Value, class Store>
 void average_windows(const convolution_plan& plan, Executor& threads, Value&& value, Store&& store) {
     LDI_ASSERT(plan.kernel_size == 3);
@@ -9026,20 +9024,20 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
             const std::int32_t upper = plan.rows[3 * s], middle = plan.rows[3 * s + 1], lower = plan.rows[3 * s + 2];
             const auto column = [&](std::int32_t x) { return (value(upper + x) + value(middle + x)) + value(lower + x); };
             const convolution_plan::segment segment = plan.segments[s];
-            masked_colour left = column(-1);
+            masked_color left = column(-1);
             if (plan.stride == 2) {
                 for (std::int32_t i = 0; i < segment.count; ++i) {
-                    const masked_colour centre = column(2 * i), right = column(2 * i + 1);
-                    store(segment.first + i, average_of((left + centre) + right));
+                    const masked_color center = column(2 * i), right = column(2 * i + 1);
+                    store(segment.first + i, average_of((left + center) + right));
                     left = right;
                 }
                 continue;
             }
-            masked_colour centre = column(0);
+            masked_color center = column(0);
             for (std::int32_t i = 0; i < segment.count; ++i) {
-                const masked_colour right = column(i + 1);
-                store(segment.first + i, average_of((left + centre) + right));
-                left = centre, centre = right;
+                const masked_color right = column(i + 1);
+                store(segment.first + i, average_of((left + center) + right));
+                left = center, center = right;
             }
         }
     });
@@ -9047,7 +9045,7 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
         for (std::size_t o = begin; o < end; ++o) {
             const std::int32_t* const window = plan.windows.data() + 9 * o;
             const auto at = [&](std::size_t element) {
-                return window[element] == no_pixel ? masked_colour{} : value(window[element]);
+                return window[element] == no_pixel ? masked_color{} : value(window[element]);
             };
             const auto column = [&](std::size_t x) { return (at(x) + at(3 + x)) + at(6 + x); };
             store(plan.irregular[o], average_of((column(0) + column(1)) + column(2)));
@@ -9057,8 +9055,8 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 
 /// What the network starts from, in rows of `read` of level 0.
 struct smooth_fills {
-    masked_colours
-        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the colour is known, else 0
+    masked_colors
+        input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
     std::vector<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
 };
 
@@ -9066,7 +9064,7 @@ template <executor Executor>
 class smooth_filler {
 public:
     smooth_filler(const photo_layers& layers, std::vector<farbrausch_level>& levels, int growth, Executor& threads)
-        : colours_(layers.column<colour_column>()),
+        : colors_(layers.column<color_column>()),
           known_(layers.column<known_column>()),
           levels_(levels),
           growth_(growth),
@@ -9076,10 +9074,10 @@ public:
 
     smooth_fills run() {
         const std::size_t depth = levels_.size() - 1;
-        std::vector<masked_colours> known(depth + 1);  // of level 0 it is the photo itself
+        std::vector<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
         for (std::size_t i = 0; i < depth; ++i) {
-            known[i + 1] = masked_colours(levels_[i + 1].pixel_count);
-            const auto store = [&](std::int32_t output, masked_colour c) { known[i + 1].set(output, c); };
+            known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
+            const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
             if (i == 0)
                 average_windows(
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) { return photo(p); }, store);
@@ -9087,9 +9085,9 @@ public:
                 average_windows(
                     levels_[i].average_coarse, threads_, [&](std::int32_t p) { return known[i][p]; }, store);
         }
-        masked_colours fill = known[depth];
+        masked_colors fill = known[depth];
         spread(fill, levels_[depth].average, known[depth], growth_);
-        masked_colours tone = fill;
+        masked_colors tone = fill;
         for (std::size_t i = depth - 1; i > 0; --i) {
             fill = from_above(fill, levels_[i].above, known[i]);
             spread(fill, levels_[i].average, known[i], 2 << i);
@@ -9100,16 +9098,16 @@ public:
     }
 
 private:
-    masked_colour photo(std::int32_t pixel) const {
+    masked_color photo(std::int32_t pixel) const {
         const std::size_t p = static_cast<std::size_t>(pixel);
-        if (known_[p] == 0) return masked_colour{};
-        return masked_colour{unit_[colours_[3 * p]], unit_[colours_[3 * p + 1]], unit_[colours_[3 * p + 2]], 1.0F};
+        if (known_[p] == 0) return masked_color{};
+        return masked_color{unit_[colors_[3 * p]], unit_[colors_[3 * p + 1]], unit_[colors_[3 * p + 2]], 1.0F};
     }
 
-    /// What is known, and elsewhere the colour above.
-    masked_colours from_above(const masked_colours& coarse, const std::vector<std::int32_t>& above,
-                              const masked_colours& known) const {
-        masked_colours result = known;
+    /// What is known, and elsewhere the color above.
+    masked_colors from_above(const masked_colors& coarse, const std::vector<std::int32_t>& above,
+                              const masked_colors& known) const {
+        masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i)
                 if (const std::int32_t p = static_cast<std::int32_t>(i); !known.has(p) && above[i] != no_pixel)
@@ -9119,50 +9117,50 @@ private:
     }
 
     /// Averages what is not known, `passes` times.
-    void spread(masked_colours& colours, const convolution_plan& windows, const masked_colours& known, int passes) {
+    void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         std::vector<std::int32_t> unknown;
         for (std::size_t i = 0; i < known.size(); ++i)
             if (!known.has(static_cast<std::int32_t>(i))) unknown.push_back(static_cast<std::int32_t>(i));
-        spread_at(colours, restrict_to(windows, unknown), passes);
+        spread_at(colors, restrict_to(windows, unknown), passes);
     }
 
-    void spread_at(masked_colours& colours, const convolution_plan& unknown, int passes) {
-        masked_colours next = colours;
+    void spread_at(masked_colors& colors, const convolution_plan& unknown, int passes) {
+        masked_colors next = colors;
         for (int pass = 0; pass < passes; ++pass) {
             average_windows(
-                unknown, threads_, [&](std::int32_t p) { return colours[p]; },
-                [&](std::int32_t output, masked_colour c) { next.set(output, c); });
-            std::swap(colours, next);
+                unknown, threads_, [&](std::int32_t p) { return colors[p]; },
+                [&](std::int32_t output, masked_color c) { next.set(output, c); });
+            std::swap(colors, next);
         }
     }
 
-    /// The colour above where there is one, else what is known; averaged once.
-    masked_colours average_from_above(const masked_colours& coarse, std::size_t level, const masked_colours& known) {
+    /// The color above where there is one, else what is known; averaged once.
+    masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
         const std::vector<std::int32_t>& above = levels_[level].above;
-        masked_colours result(levels_[level].pixel_count);
+        masked_colors result(levels_[level].pixel_count);
         average_windows(
             levels_[level].average, threads_,
             [&](std::int32_t p) { return above_or(coarse, above, p, [&] { return known[p]; }); },
-            [&](std::int32_t output, masked_colour c) { result.set(output, c); });
+            [&](std::int32_t output, masked_color c) { result.set(output, c); });
         return result;
     }
 
     template <class Else>
-    static masked_colour above_or(const masked_colours& coarse, const std::vector<std::int32_t>& above, std::int32_t pixel,
+    static masked_color above_or(const masked_colors& coarse, const std::vector<std::int32_t>& above, std::int32_t pixel,
                                   Else&& otherwise) {
         const std::int32_t from = above[static_cast<std::size_t>(pixel)];
         if (from != no_pixel) {
-            const masked_colour colour = coarse[from];
-            if (colour[3] != 0.0F) return colour;
+            const masked_color color = coarse[from];
+            if (color[3] != 0.0F) return color;
         }
         return otherwise();
     }
 
     /// Level 0, at the pixels that the network reads.
-    smooth_fills finest(const masked_colours& fill_above, const masked_colours& tone_above) {
+    smooth_fills finest(const masked_colors& fill_above, const masked_colors& tone_above) {
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
-        masked_colours fill(read.size());
+        masked_colors fill(read.size());
         std::vector<std::int32_t> unknown;
         for (std::size_t row = 0; row < read.size(); ++row) {
             const std::int32_t pixel = read.pixels[row], above = level.above[static_cast<std::size_t>(pixel)];
@@ -9177,15 +9175,15 @@ private:
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
             const std::int32_t row = read.row_of[static_cast<std::size_t>(level.decoded.pixels[d])];
-            const masked_colour colour = fill.has(row) ? fill[row] : mean();
-            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = colour[c];
+            const masked_color color = fill.has(row) ? fill[row] : mean();
+            for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
         average_windows(
             restrict_to(level.average, read.pixels), threads_,
             [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
-            [&](std::int32_t pixel, masked_colour tone) {
+            [&](std::int32_t pixel, masked_color tone) {
                 const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
-                masked_colour relative = (fill.has(row) ? fill[row] : mean()) - (tone[3] != 0.0F ? tone : mean());
+                masked_color relative = (fill.has(row) ? fill[row] : mean()) - (tone[3] != 0.0F ? tone : mean());
                 relative[3] = known_[static_cast<std::size_t>(pixel)] != 0 ? 1.0F : 0.0F;
                 fill.set(row, relative);
             });
@@ -9193,15 +9191,15 @@ private:
         return result;
     }
 
-    /// The average of all known colours: few surfaces are so far from any that they need it.
-    masked_colour mean() {
+    /// The average of all known colors: few surfaces are so far from any that they need it.
+    masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
             std::uint64_t count = 0;
             for (std::size_t p = 0; p < known_.size(); ++p) {
                 if (known_[p] == 0) continue;
                 ++count;
-                for (std::size_t c = 0; c < 3; ++c) sum[c] += colours_[3 * p + c];
+                for (std::size_t c = 0; c < 3; ++c) sum[c] += colors_[3 * p + c];
             }
             const double scale = 1.0 / (255.0 * static_cast<double>(std::max<std::uint64_t>(count, 1)));
             for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(static_cast<double>(sum[c]) * scale);
@@ -9209,13 +9207,13 @@ private:
         return mean_;
     }
 
-    const std::vector<std::uint8_t>&colours_, &known_;
+    const std::vector<std::uint8_t>&colors_, &known_;
     std::vector<farbrausch_level>& levels_;
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
     std::once_flag mean_is_known_;
-    masked_colour mean_{};
+    masked_color mean_{};
 };
 
 }  // namespace ldi::detail
@@ -9223,14 +9221,14 @@ private:
 // ---- ldi/networks/farbrausch.hpp
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// io/farbrausch_file.hpp loads it from a file.
+// formats/farbrausch_file.hpp loads it from a file.
 
 namespace ldi {
 
-/// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+/// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
-    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalisation folded
+    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
     ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
     ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
     ///          to be told apart, which examples/training/farbrausch/export.py finds
@@ -9243,16 +9241,16 @@ public:
     explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
-    /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set
-    /// watcher is told of progress as stage "colour inpainting"
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
+    /// watcher is told of progress as stage "color inpainting"
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor& threads, const observer& watcher = {}) const;
 
-    /// colour  H x W x 3, red, green, blue, 0 to 255
-    /// known   H x W x 1, 0 where the colour is to be inpainted
-    /// Returns the image with every colour that is not known inpainted: the same network on a single, fully linked layer.
+    /// color  H x W x 3, red, green, blue, 0 to 255
+    /// known   H x W x 1, 0 where the color is to be inpainted
+    /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor>
-    image<std::uint8_t> inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+    image<std::uint8_t> inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
                                 const observer& watcher = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
@@ -9261,14 +9259,14 @@ public:
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
     template <executor Executor>
-    std::vector<float> colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+    std::vector<float> colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                const observer& watcher = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
 
 private:
     static constexpr std::size_t input_channels = 4, output_channels = 3;
-    static constexpr const char* stage_name = "colour inpainting";
+    static constexpr const char* stage_name = "color inpainting";
 
     /// Rows of channels; not set to zero first.
     template <class Value>
@@ -9289,7 +9287,7 @@ private:
 
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
-    std::vector<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
+    std::vector<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
                                    std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
@@ -9310,7 +9308,7 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
 }
 
 template <executor Executor>
-std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+std::vector<float> farbrausch::colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                        const observer& watcher) const {
     LDI_ASSERT(wanted.size() == layers.size());
     std::vector<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
@@ -9332,7 +9330,7 @@ std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<con
 }
 
 template <class Weights, executor Executor, class Report>
-std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
+std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
                                            std::vector<detail::farbrausch_level>& levels, Executor& threads,
                                            Report&& report) const {
     using value_type = typename Weights::value_type;
@@ -9383,24 +9381,24 @@ void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer
     const std::vector<std::uint8_t>& known = layers.column<known_column>();
     std::vector<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
-    const std::vector<float> values = colours(layers, wanted, threads, watcher);
-    std::vector<std::uint8_t>& colour = layers.column<colour_column>();
+    const std::vector<float> values = colors(layers, wanted, threads, watcher);
+    std::vector<std::uint8_t>& color = layers.column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            colour[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
+            color[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
                                         const observer& watcher) const {
-    LDI_ASSERT(channels(colour) == 3 && channels(known) == 1 && height(colour) == height(known) && width(colour) == width(known));
-    photo_layers layers(make_grid(static_cast<std::int32_t>(width(colour)), static_cast<std::int32_t>(height(colour))));
-    std::copy(colour.begin(), colour.end(), layers.column<colour_column>().begin());
+    LDI_ASSERT(channels(color) == 3 && channels(known) == 1 && height(color) == height(known) && width(color) == width(known));
+    photo_layers layers(make_grid(static_cast<std::int32_t>(width(color)), static_cast<std::int32_t>(height(color))));
+    std::copy(color.begin(), color.end(), layers.column<color_column>().begin());
     std::copy(known.begin(), known.end(), layers.column<known_column>().begin());
     inpaint(layers, threads, watcher);
-    image<std::uint8_t> result = make_image<std::uint8_t>(height(colour), width(colour), 3);
-    std::copy(layers.column<colour_column>().begin(), layers.column<colour_column>().end(), result.begin());
+    image<std::uint8_t> result = make_image<std::uint8_t>(height(color), width(color), 3);
+    std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
     return result;
 }
 
@@ -9433,7 +9431,7 @@ inline float exponential(float x) {
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
-// networks/caffe2.hpp or nn/quantized_weights.hpp reads.
+// formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 
 namespace ldi {
 
@@ -9450,7 +9448,7 @@ public:
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
+    /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity)
         : network_(description, target), output_(output) {
@@ -9491,12 +9489,12 @@ public:
 
     /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation level_quantization().
+    /// Returns the network's own result, H' x W' x 1: log disparity in the quantization level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
     image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
                                std::span<std::byte> memory = {}) const {
         check_input(rgb);
-        return network_.run(quantized_colour(rgb), threads, progress, memory);
+        return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
     /// The same, layer by layer.
@@ -9505,7 +9503,7 @@ public:
     template <executor Executor, class Observe>
     image<std::uint8_t> levels_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
         check_input(rgb);
-        return network_.run_observed(quantized_colour(rgb), threads, observe);
+        return network_.run_observed(quantized_color(rgb), threads, observe);
     }
 
     /// As quantized_network::describe_steps().
@@ -9535,8 +9533,8 @@ public:
         return result;
     }
 
-    /// Colour as the first layer reads it: in [0, 1], in the quantisation of the network's input. Same shape as `rgb`.
-    image<std::uint8_t> quantized_colour(const image<std::uint8_t>& rgb) const {
+    /// Color as the first layer reads it: in [0, 1], in the quantization of the network's input. Same shape as `rgb`.
+    image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
@@ -9551,7 +9549,7 @@ public:
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
+    /// The ratio of neighboring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
     /// equal in disparity itself, their ratio is that of the two nearest values.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
@@ -9593,7 +9591,7 @@ private:
 namespace ldi {
 
 struct middle_component_options {
-    /// Neighbours that differ by more than this in disparity are not connected (the paper's tau_disp).
+    /// Neighbors that differ by more than this in disparity are not connected (the paper's tau_disp).
     float discontinuity_threshold = 0.05F;
     /// Components with fewer pixels than this are merged.
     std::int32_t smallest_size = 20;
@@ -9601,7 +9599,7 @@ struct middle_component_options {
 
 namespace detail {
 
-// A maximal piece of a row whose neighbouring pixels are connected: pixels [first, last) of row y.
+// A maximal piece of a row whose neighboring pixels are connected: pixels [first, last) of row y.
 struct pixel_run {
     std::int32_t y, first, last;
 };
@@ -9758,7 +9756,7 @@ struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
     /// from squeezing all others.
     float clipped_share = 0.001F;
-    /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
+    /// How much two neighboring steps of a quantized source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
     /// whose 8 bits are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
     /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
@@ -9767,9 +9765,9 @@ struct normalize_options {
     /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
     /// scale and shift: then distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
-    /// True where the source is 1 / depth in metres, so that distances themselves are known. Needs is_inverse_depth.
+    /// True where the source is 1 / depth in meters, so that distances themselves are known. Needs is_inverse_depth.
     bool is_metric = false;
-    /// In metres; used where distances are not known.
+    /// In meters; used where distances are not known.
     depth_range assumed_range = {};
     /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
     float largest_depth_ratio = 50.0F;
@@ -9827,7 +9825,7 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
 }  // namespace ldi
 
 // ---- ldi/depth/resample.hpp
-// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on colour edges: joint
+// Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on color edges: joint
 // bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
 // weighted mean next to depth edges, so that no values appear between the two sides.
 
@@ -9838,8 +9836,8 @@ struct resample_options {
     float discontinuity_threshold = 0.05F;
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
-    /// Standard deviation of the Gaussian on colour difference, in grey levels (Euclidean over the three channels).
-    float colour_sigma = 20.0F;
+    /// Standard deviation of the Gaussian on color difference, in gray levels (Euclidean over the three channels).
+    float color_sigma = 20.0F;
 };
 
 namespace detail::resample {
@@ -9855,15 +9853,15 @@ struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
 
-    // Weights by distance and by likeness in colour. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
-    void weigh(float at_x, float at_y, const std::uint8_t* colour, float spatial_falloff, float colour_falloff,
+    // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
+    void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
-        const float r = static_cast<float>(colour[0]), g = static_cast<float>(colour[1]), b = static_cast<float>(colour[2]);
+        const float r = static_cast<float>(color[0]), g = static_cast<float>(color[1]), b = static_cast<float>(color[2]);
         const four_floats one = four_floats{} + 1.0F;
         for (std::size_t s = 0; s < count; s += wide) {
             const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
             const four_floats dr = load(&red[s]) - r, dg = load(&green[s]) - g, db = load(&blue[s]) - b;
-            const four_floats exponent = spatial_falloff * (dx * dx + dy * dy) + colour_falloff * (dr * dr + dg * dg + db * db);
+            const four_floats exponent = spatial_falloff * (dx * dx + dy * dy) + color_falloff * (dr * dr + dg * dg + db * db);
             const four_floats a = smaller(exponent * (1.0F / 32.0F), one);
             four_floats w = one - a + 0.5F * a * a;
             w *= w, w *= w, w *= w, w *= w, w *= w;
@@ -9872,8 +9870,8 @@ struct window {
     }
 };
 
-// The mean colour of the photo's pixels whose centres fall on each sample of the map.
-inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
+// The mean color of the photo's pixels whose centers fall on each sample of the map.
+inline image<float> colors_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
     image<float> mean = make_image<float>(rows, columns, 3, 0.0F);
     std::vector<float> count(rows * columns, 0.0F);
     std::vector<std::size_t> sample_column(width(photo));
@@ -9898,7 +9896,7 @@ inline image<float> colours_at_samples(const image<std::uint8_t>& photo, std::si
 /// photo      H x W x 3, of the same view
 ///
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in colour, smoothed over the samples on
+/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in color, smoothed over the samples on
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
 /// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
@@ -9910,9 +9908,9 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
                   std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
-    if (!(options.spatial_sigma > 0.0F) || !(options.colour_sigma > 0.0F))
+    if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
-              std::to_string(options.spatial_sigma) + " and " + std::to_string(options.colour_sigma));
+              std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
     image<float> result = make_image<float>(height(photo), width(photo));
     if (rows >= height(photo) && columns >= width(photo)) {
         for (std::size_t y = 0; y < height(photo); ++y) {
@@ -9922,22 +9920,22 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
         return result;
     }
 
-    const image<float> colours = colours_at_samples(photo, rows, columns);
+    const image<float> colors = colors_at_samples(photo, rows, columns);
     const float scale_x = static_cast<float>(columns) / static_cast<float>(width(photo));
     const float scale_y = static_cast<float>(rows) / static_cast<float>(height(photo));
     const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
-    const float colour_falloff = 0.5F / (options.colour_sigma * options.colour_sigma);
+    const float color_falloff = 0.5F / (options.color_sigma * options.color_sigma);
     const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
         return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1));
     };
 
     // All pixels nearest to one row of samples share their windows.
     parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
-        struct neighbour {
+        struct neighbor {
             float disparity;
             std::ptrdiff_t x, y;
         };
-        std::array<neighbour, samples> nearest;
+        std::array<neighbor, samples> nearest;
         std::array<float, padded> weight;
         window around{};
         for (std::size_t v = first; v < last; ++v)
@@ -9956,10 +9954,10 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
                 const bool near_edge = high - low > options.discontinuity_threshold;
                 if (near_edge) {
                     std::sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(around.count),
-                              [](const neighbour& a, const neighbour& b) { return a.disparity < b.disparity; });
+                              [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
                     for (std::size_t s = 0; s < around.count; ++s) {
-                        const neighbour& n = nearest[s];
-                        const float* c = row(colours, static_cast<std::size_t>(n.y)) + 3 * n.x;
+                        const neighbor& n = nearest[s];
+                        const float* c = row(colors, static_cast<std::size_t>(n.y)) + 3 * n.x;
                         around.disparity[s] = n.disparity, around.x[s] = static_cast<float>(n.x),
                         around.y[s] = static_cast<float>(n.y);
                         around.red[s] = c[0], around.green[s] = c[1], around.blue[s] = c[2];
@@ -9984,7 +9982,7 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
                                                 fy * ((1.0F - fx) * below[left] + fx * below[right]);
                             continue;
                         }
-                        around.weigh(at_x, at_y, row(photo, y) + 3 * x, spatial_falloff, colour_falloff, weight);
+                        around.weigh(at_x, at_y, row(photo, y) + 3 * x, spatial_falloff, color_falloff, weight);
                         float total = 0.0F;
                         for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
                         std::size_t median = 0;
@@ -10007,18 +10005,18 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
 // samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
-// Weights fall off with the difference in disparity to the centre; samples next to an edge have none, which forces a decision
+// Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
 // between the two sides.
 //
-// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighbouring
+// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 
 namespace ldi {
 
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian on the difference in disparity to the centre.
+    /// Standard deviation of the Gaussian on the difference in disparity to the center.
     float sigma = 0.2F;
-    /// A sample with one of its 4 neighbours farther away than this in disparity has no weight.
+    /// A sample with one of its 4 neighbors farther away than this in disparity has no weight.
     float edge_threshold = 0.05F;
 };
 
@@ -10067,7 +10065,7 @@ constexpr positions merge(network<Capacity>& n, const positions& a, const positi
     positions a_even, a_odd, b_even, b_odd;
     for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
     for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
-    // Even elements of both lists merge, odd elements of both merge; then neighbours in the interleaved list are put in order.
+    // Even elements of both lists merge, odd elements of both merge; then neighbors in the interleaved list are put in order.
     const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
     positions merged;
     merged.add(even.at[0]);
@@ -10115,7 +10113,7 @@ inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
-// The part of a row's work that neighbouring windows share: sorted columns, and sorted pairs of columns.
+// The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
     std::vector<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
 
@@ -10148,13 +10146,13 @@ struct sorted_columns {
     // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
     // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
     // exactly.
-    four_floats filter(std::size_t x, four_floats centre, float sigma) const {
+    four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
-        const auto alike = (high - centre < 0.39F * sigma) & (centre - low < 0.39F * sigma);  // weights above 1 - 1.9/26
-        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, centre, sigma);
+        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
 private:
@@ -10176,7 +10174,7 @@ private:
         return all[merge_last.order.at[samples / 2]];
     }
 
-    four_floats merge_and_weigh(std::size_t x, four_floats centre, float sigma) const {
+    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
         four_floats all[samples];
         merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
@@ -10184,14 +10182,14 @@ private:
         const four_floats zero = {}, one = zero + 1.0F;
         four_floats weight[samples], total = zero;
         for (std::size_t s = 0; s < samples; ++s) {
-            const four_floats difference = all[merge_last.order.at[s]] - centre;
+            const four_floats difference = all[merge_last.order.at[s]] - center;
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
             weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
             total += weight[s];
         }
-        four_floats preceding = zero, best = zero + none, result = centre;
+        four_floats preceding = zero, best = zero + none, result = center;
         for (std::size_t s = 0; s < samples; ++s) {
             const four_floats difference = preceding + preceding + weight[s] - total;
             const four_floats imbalance = difference < zero ? -difference : difference;
@@ -10248,13 +10246,13 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
             std::array<const float*, diameter> window;
             for (std::size_t r = 0; r < diameter; ++r) window[r] = seen.data() + (y + r) * stride;
             sorted.sort(window, stride);
-            const float* centre = row(disparity, y);
+            const float* center = row(disparity, y);
             float* out = row(result, y);
             std::size_t x = 0;
-            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(centre + x), options.sigma));
+            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(center + x), options.sigma));
             if (x < columns) {
                 float rest[wide] = {};
-                std::copy_n(centre + x, columns - x, rest);
+                std::copy_n(center + x, columns - x, rest);
                 store(rest, sorted.filter(x, load(rest), options.sigma));
                 std::copy_n(rest, columns - x, out + x);
             }
@@ -10265,7 +10263,7 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
 
 }  // namespace ldi
 
-// ---- ldi/layers/detail/diffuse_unknown.hpp
+// ---- ldi/occlusion/detail/diffuse_unknown.hpp
 // Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
 
 namespace ldi::detail {
@@ -10275,7 +10273,7 @@ namespace ldi::detail {
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
 /// value           value(pixel, side): three bytes of a known pixel that lies on this side of an unknown one
 /// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion::colour_type): is called last, for every pixel that is not known
+/// store           store(pixel, diffusion::color_type): is called last, for every pixel that is not known
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <class Value, class BeforeSolving, class Store>
@@ -10288,54 +10286,54 @@ void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
         for (side s : all_sides) {
-            const std::int32_t neighbour = g.neighbours(s)[i];
-            if (neighbour == no_pixel) continue;
-            if (known[static_cast<std::size_t>(neighbour)] != 0)
-                solver.add_known_neighbour(cell, value(neighbour, s));
+            const std::int32_t neighbor = g.neighbors(s)[i];
+            if (neighbor == no_pixel) continue;
+            if (known[static_cast<std::size_t>(neighbor)] != 0)
+                solver.add_known_neighbor(cell, value(neighbor, s));
             else if (s == side::left)
-                solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+                solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbor)]);
             else if (s == side::up)
-                solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbour)]);
+                solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbor)]);
         }
     }
     before_solving();
     solver.solve(rounds);
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.colour(cell_of[i]));
+        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.color(cell_of[i]));
 }
 
 }  // namespace ldi::detail
 
-// ---- ldi/layers/diffusion_inpainter.hpp
-// Inpainting without a network: colours diffuse isotropically over the links of the layered image, from what is known into what
+// ---- ldi/occlusion/diffusion_inpainter.hpp
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
 // is not. Smooth, fast, and blind to texture.
 
 namespace ldi {
 
-/// A colour_inpainter (photo3d.hpp).
+/// A color_inpainter (photo3d.hpp).
 struct diffusion_inpainter {
     /// Gauss-Seidel rounds on each level of the multigrid.
     int rounds = 6;
 
-    /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set. A surface without any known pixel
-    ///         gets the mean of the known colours next to unknown ones elsewhere.
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
+    ///         gets the mean of the known colors next to unknown ones elsewhere.
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
         detail::diffuse_unknown(
             layers.topology, layers.column<known_column>(), rounds,
-            [&](std::int32_t pixel, side) { return layers.at<colour_column>(pixel).data(); },
-            [&] { watcher.report("colour inpainting", 0.3F); },
-            [&](std::int32_t pixel, const diffusion::colour_type& colour) {
+            [&](std::int32_t pixel, side) { return layers.at<color_column>(pixel).data(); },
+            [&] { watcher.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion::color_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
-                    layers.at<colour_column>(pixel)[c] =
-                        static_cast<std::uint8_t>(std::lround(std::clamp(colour[c], 0.0F, 255.0F)));
+                    layers.at<color_column>(pixel)[c] =
+                        static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
             });
     }
 };
 
 }  // namespace ldi
 
-// ---- ldi/layers/discontinuity_curves.hpp
+// ---- ldi/occlusion/discontinuity_curves.hpp
 // Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
 // past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
@@ -10555,7 +10553,7 @@ inline std::vector<discontinuity_curve> find_discontinuity_curves(const graph& l
 
 }  // namespace ldi
 
-// ---- ldi/layers/detail/hidden_pixels.hpp
+// ---- ldi/occlusion/detail/hidden_pixels.hpp
 // Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
 // costs nothing but its new pixels; then both are merged into canonical order in one pass.
 
@@ -10588,8 +10586,8 @@ public:
     float disparity(std::int32_t pixel) const {
         return is_base(pixel) ? base_disparity_[index(pixel)] : hidden_disparity_[hidden_index(pixel)];
     }
-    std::int32_t neighbour(std::int32_t pixel, side s) const {
-        return is_base(pixel) ? base_.neighbours(s)[index(pixel)] : hidden_.neighbours(s)[hidden_index(pixel)];
+    std::int32_t neighbor(std::int32_t pixel, side s) const {
+        return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
     std::int32_t add(std::int32_t position, std::int32_t x, std::int32_t y, float disparity) {
@@ -10610,7 +10608,7 @@ public:
         graph all = base_;
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         append(all.x, hidden_.x), append(all.y, hidden_.y);
-        for (side s : all_sides) append(all.neighbours(s), hidden_.neighbours(s));
+        for (side s : all_sides) append(all.neighbors(s), hidden_.neighbors(s));
         std::vector<float> disparity(base_disparity_.begin(), base_disparity_.end());
         append(disparity, hidden_disparity_);
         see(std::as_const(all), std::span<const float>(disparity), base_.size());
@@ -10644,8 +10642,8 @@ public:
             g.left[to] = moved(source.left[from]);
             g.right[to + count - 1] = moved(source.right[from + count - 1]);
             for (side s : {side::up, side::down})
-                std::transform(source.neighbours(s).data() + from, source.neighbours(s).data() + from + count,
-                               g.neighbours(s).data() + to, moved);
+                std::transform(source.neighbors(s).data() + from, source.neighbors(s).data() + from + count,
+                               g.neighbors(s).data() + to, moved);
             if (from_base)
                 (std::copy_n(base.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(from * Columns::channels),
                              count * Columns::channels,
@@ -10667,7 +10665,7 @@ private:
     bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
     std::size_t hidden_index(std::int32_t pixel) const { return static_cast<std::size_t>(pixel - base_count_); }
     std::int32_t& slot(std::int32_t pixel, side s) {
-        return is_base(pixel) ? base_.neighbours(s)[index(pixel)] : hidden_.neighbours(s)[hidden_index(pixel)];
+        return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
     // All pixels in canonical order (core/canonical_order.hpp), in pieces.
@@ -10706,7 +10704,7 @@ private:
                     while (is_base(i) && base_.right[index(last)] == last + 1 && last + 1 < base_count_) ++last;
                     pieces.push_back({i, placed, last - i + 1});
                     placed += last - i + 1;
-                    i = neighbour(last, side::right);
+                    i = neighbor(last, side::right);
                 }
         }
         return pieces;
@@ -10723,7 +10721,7 @@ private:
 
 }  // namespace ldi::detail
 
-// ---- ldi/layers/expand.hpp
+// ---- ldi/occlusion/expand.hpp
 // Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel an iteration, each
 // curve as one front (paper, section "Occluded Surface Hallucination").
 
@@ -10762,22 +10760,22 @@ public:
 private:
     // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
     void grow(const discontinuity_curve& curve, std::int32_t pixel, side s) {
-        if (pixels_.neighbour(pixel, s) != no_pixel) return;
+        if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
         const float threshold = options_.discontinuity_threshold;
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
-        // The paper's average of the neighbours: on each side the pixel of this surface, if there is one that is free to be
+        // The paper's average of the neighbors: on each side the pixel of this surface, if there is one that is free to be
         // linked.
-        std::int32_t neighbours[4];
+        std::int32_t neighbors[4];
         float sum = 0.0F, count = 0.0F;
         for (side t : all_sides) {
-            const std::int32_t neighbour = t == opposite(s) ? pixel : free_neighbour(x, y, t, source);
-            neighbours[static_cast<std::size_t>(t)] = neighbour;
-            if (neighbour == no_pixel) continue;
-            sum += pixels_.disparity(neighbour);
+            const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(x, y, t, source);
+            neighbors[static_cast<std::size_t>(t)] = neighbor;
+            if (neighbor == no_pixel) continue;
+            sum += pixels_.disparity(neighbor);
             count += 1.0F;
         }
         const float created = sum / count;
@@ -10785,7 +10783,7 @@ private:
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float other = pixels_.disparity(there);
             if (std::abs(other - source) <= threshold) {  // fronts that meet link up; else the place is taken
-                if (pixels_.neighbour(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
+                if (pixels_.neighbor(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
                 return;
             }
             const bool is_visible = there == position;
@@ -10793,29 +10791,29 @@ private:
         }
         const std::int32_t made = pixels_.add(position, x, y, created);
         for (side t : all_sides) {
-            const std::int32_t neighbour = neighbours[static_cast<std::size_t>(t)];
-            if (neighbour != no_pixel && std::abs(pixels_.disparity(neighbour) - created) <= threshold)
-                pixels_.link(made, t, neighbour);
+            const std::int32_t neighbor = neighbors[static_cast<std::size_t>(t)];
+            if (neighbor != no_pixel && std::abs(pixels_.disparity(neighbor) - created) <= threshold)
+                pixels_.link(made, t, neighbor);
         }
         created_.push_back(made);
     }
 
-    // The pixel next to (x, y) on side `s`, with no neighbour there yet, that is nearest in disparity to `source` and within the
+    // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
     // threshold of it.
-    std::int32_t free_neighbour(std::int32_t x, std::int32_t y, side s, float source) const {
+    std::int32_t free_neighbor(std::int32_t x, std::int32_t y, side s, float source) const {
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
         float best_difference = options_.discontinuity_threshold;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
-            if (difference > best_difference || pixels_.neighbour(there, opposite(s)) != no_pixel) continue;
+            if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
             best = there, best_difference = difference;
         }
         return best;
     }
 
-    // Whether the centre of (x, y) lies on the half line at one of the curve's ends. The line is taken wide enough that no step
+    // Whether the center of (x, y) lies on the half line at one of the curve's ends. The line is taken wide enough that no step
     // leads across it, and long enough that no front gets round it.
     bool crosses_constraint(const discontinuity_curve& curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
@@ -10863,14 +10861,14 @@ layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<con
 
 }  // namespace ldi
 
-// ---- ldi/layers/grain.hpp
-// Grain for what is inpainted. Of a colour that can't be known an inpainter says the mean of what it might be, and that is
+// ---- ldi/occlusion/grain.hpp
+// Grain for what is inpainted. Of a color that can't be known an inpainter says the mean of what it might be, and that is
 // smooth: beside sand, leaves or film it shows as a blur. So noise is laid over it, as strong as what is fine in the photo
 // around; video codecs do the same ("film grain synthesis" of AV1). Where the photo is smooth, a sky, next to nothing is added.
 // Not in the paper.
 //
 // The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
-// smear: how far a pixel's brightness is from the mean of its neighbours. It diffuses over the links of the layered image into
+// smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
 // what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
 // depends on a pixel's position alone: a result is always the same.
 
@@ -10890,7 +10888,7 @@ namespace detail {
 
 /// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
 inline float grain_at(std::int32_t x, std::int32_t y) {
-    // the finaliser of MurmurHash3 (Austin Appleby, public domain)
+    // the finalizer of MurmurHash3 (Austin Appleby, public domain)
     std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U ^ 0x27D4EB2FU;
     h = (h ^ h >> 16) * 0x85EBCA6BU;
     h = (h ^ h >> 13) * 0xC2B2AE35U;
@@ -10905,14 +10903,14 @@ public:
     explicit grain_meter(const photo_layers& layers) : layers_(layers), known_(layers.column<known_column>()) {}
 
     /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
-    /// known ones go: how far its brightness is from the mean of its neighbours to the left and right, above and below. Only
+    /// known ones go: how far its brightness is from the mean of its neighbors to the left and right, above and below. Only
     /// pairs count that are both known, so that a ramp has no detail; without any, there is none.
     float detail_at(std::int32_t pixel, side s) const {
         for (int step = 0; step < smeared; ++step)
-            if (const std::int32_t next = known_neighbour(pixel, s); next != no_pixel) pixel = next;
+            if (const std::int32_t next = known_neighbor(pixel, s); next != no_pixel) pixel = next;
         float sum = 0.0F, count = 0.0F;
         for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
-            const std::int32_t a = known_neighbour(pixel, one), b = known_neighbour(pixel, other);
+            const std::int32_t a = known_neighbor(pixel, one), b = known_neighbor(pixel, other);
             if (a == no_pixel || b == no_pixel) continue;
             sum += brightness(a) + brightness(b);
             count += 2.0F;
@@ -10927,15 +10925,15 @@ public:
 private:
     static constexpr int smeared = 3;
 
-    std::int32_t known_neighbour(std::int32_t pixel, side s) const {
-        const std::int32_t found = layers_.topology.neighbour(pixel, s);
+    std::int32_t known_neighbor(std::int32_t pixel, side s) const {
+        const std::int32_t found = layers_.topology.neighbor(pixel, s);
         return found != no_pixel && known_[static_cast<std::size_t>(found)] != 0 ? found : no_pixel;
     }
 
     float brightness(std::int32_t pixel) const {
-        const auto colour = layers_.at<colour_column>(pixel);
-        return 0.299F * static_cast<float>(colour[0]) + 0.587F * static_cast<float>(colour[1]) +
-               0.114F * static_cast<float>(colour[2]);
+        const auto color = layers_.at<color_column>(pixel);
+        return 0.299F * static_cast<float>(color[0]) + 0.587F * static_cast<float>(color[1]) +
+               0.114F * static_cast<float>(color[2]);
     }
 
     const photo_layers& layers_;
@@ -10952,7 +10950,7 @@ inline void check_grain_option(const char* name, float value, float most) {
 
 /// Lays grain over every pixel whose known_column is 0; all others stay as they are.
 ///
-/// layers  in canonical order, with a colour everywhere
+/// layers  in canonical order, with a color everywhere
 ///
 /// Errors: invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
 inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
@@ -10970,41 +10968,41 @@ inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
             return root.data();
         },
         [] {},
-        [&](std::int32_t pixel, const diffusion::colour_type& diffused) {
+        [&](std::int32_t pixel, const diffusion::color_type& diffused) {
             const float part = diffused[0] / 255.0F;
             const std::size_t i = static_cast<std::size_t>(pixel);
             const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
-            for (std::uint8_t& value : layers.at<colour_column>(pixel))
+            for (std::uint8_t& value : layers.at<color_column>(pixel))
                 value = static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<float>(value) + grain, 0.0F, 255.0F)));
         });
 }
 
 }  // namespace ldi
 
-// ---- ldi/layers/lift.hpp
+// ---- ldi/occlusion/lift.hpp
 // Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
-// Neighbours are linked except across discontinuities.
+// Neighbors are linked except across discontinuities.
 
 namespace ldi {
 
 struct lift_options {
-    /// Neighbours that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
+    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
     float discontinuity_threshold = 0.05F;
 };
 
-/// colour     H x W x 3
+/// color     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every colour is known. Raises error_code::mismatch
+/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every color is known. Raises error_code::mismatch
 /// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
-photo_layers lift(const image<std::uint8_t>& colour, const image<float>& disparity, const lift_options& options = {},
+photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparity, const lift_options& options = {},
                   Executor&& threads = {}) {
     const std::size_t rows = height(disparity), columns = width(disparity);
-    if (height(colour) != rows || width(colour) != columns || channels(colour) != 3 || channels(disparity) != 1 || rows == 0 ||
+    if (height(color) != rows || width(color) != columns || channels(color) != 3 || channels(disparity) != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              std::to_string(height(colour)) + " x " + std::to_string(width(colour)) + " x " + std::to_string(channels(colour)) +
+              std::to_string(height(color)) + " x " + std::to_string(width(color)) + " x " + std::to_string(channels(color)) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
     if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
@@ -11013,7 +11011,7 @@ photo_layers lift(const image<std::uint8_t>& colour, const image<float>& dispari
     graph& g = layers.topology;
     g.width = static_cast<std::int32_t>(columns), g.height = static_cast<std::int32_t>(rows);
     g.resize(rows * columns);
-    layers.column<colour_column>().assign(colour.data(), colour.data() + 3 * rows * columns);
+    layers.column<color_column>().assign(color.data(), color.data() + 3 * rows * columns);
     layers.column<disparity_column>().assign(disparity.data(), disparity.data() + rows * columns);
     layers.column<known_column>().assign(rows * columns, 1);
 
@@ -11052,14 +11050,14 @@ photo_layers lift(const image<std::uint8_t>& colour, const image<float>& dispari
 
 }  // namespace ldi
 
-// ---- ldi/layers/mixed_colours.hpp
-// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colours of two surfaces. Those
-// colours are marked unknown, so that inpainting refills them (paper, Figure "atlas": the light blue pixels).
+// ---- ldi/occlusion/mixed_colors.hpp
+// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. Those
+// colors are marked unknown, so that inpainting refills them (paper, Figure "atlas": the light blue pixels).
 
 namespace ldi {
 
-struct mixed_colour_options {
-    /// How far from the silhouette the foreground's colours are refilled, in pixels.
+struct mixed_color_options {
+    /// How far from the silhouette the foreground's colors are refilled, in pixels.
     int foreground_margin = 2;
     /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
     /// lens smeared over the background is what the hidden surface is continued with. One pixel costs nothing: seen from the
@@ -11070,7 +11068,7 @@ struct mixed_colour_options {
 namespace detail {
 
 // Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
-// to be refilled from: a thin rod keeps its colours.
+// to be refilled from: a thin rod keeps its colors.
 template <payload_column... Columns>
 void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32_t>& edge, int margin) {
     std::vector<std::uint8_t>& known = layers.template column<known_column>();
@@ -11089,7 +11087,7 @@ void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32
         std::vector<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
-                if (const std::int32_t neighbour = g.neighbour(pixel, s); neighbour != no_pixel) visit(neighbour, next);
+                if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
         rings.push_back(std::move(next));
     }
     // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
@@ -11100,8 +11098,8 @@ void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32
         for (std::int32_t outer : rings[d + 1]) {
             if (known[static_cast<std::size_t>(outer)] != refillable) continue;
             for (side s : all_sides) {
-                const std::int32_t neighbour = g.neighbour(outer, s);
-                if (neighbour != no_pixel && known[static_cast<std::size_t>(neighbour)] == visited) accepted.push_back(neighbour);
+                const std::int32_t neighbor = g.neighbor(outer, s);
+                if (neighbor != no_pixel && known[static_cast<std::size_t>(neighbor)] == visited) accepted.push_back(neighbor);
             }
         }
         for (std::int32_t pixel : accepted) known[static_cast<std::size_t>(pixel)] = refillable;
@@ -11116,9 +11114,9 @@ void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32
 
 /// layers  one layer, as lift() makes it; every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Marks the colours within the margins as unknown. Call it before expand().
+/// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-void mark_mixed_colours(layered_image<Columns...>& layers, const mixed_colour_options& options = {}) {
+void mark_mixed_colors(layered_image<Columns...>& layers, const mixed_color_options& options = {}) {
     const graph& g = layers.topology;
     const std::vector<float>& disparity = layers.template column<disparity_column>();
     std::vector<std::int32_t> foreground, background;
@@ -11139,7 +11137,7 @@ void mark_mixed_colours(layered_image<Columns...>& layers, const mixed_colour_op
 
 }  // namespace ldi
 
-// ---- ldi/layers/spurious_discontinuities.hpp
+// ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
 // (section "Occluded Surface Hallucination"); where nothing grows behind them they would gape as cracks and cut charts into
 // slivers, so the pixels on both sides are linked again and the mesh spans the step.
@@ -11149,7 +11147,7 @@ namespace ldi {
 /// lifted  one layer, as lift() makes it: pixel (x, y) at index y * width + x
 /// curves  those of its discontinuities that stay
 ///
-/// Links all neighbours inside the photo but those on either side of a curve. Returns the number of links made.
+/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
 inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const discontinuity_curve> curves) {
     LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
     std::vector<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
@@ -11159,7 +11157,7 @@ inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const
 
     std::size_t made = 0;
     const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-        if (lifted.neighbour(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+        if (lifted.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
             return;
         lifted.link(pixel, s, other);
         ++made;
@@ -11174,7 +11172,7 @@ inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const
 
 }  // namespace ldi
 
-// ---- ldi/texture/charts.hpp
+// ---- ldi/charts/charts.hpp
 // Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
 // generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
 // along links under the paper's three constraints:
@@ -11621,21 +11619,21 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
 
 // ---- ldi/texture/padding.hpp
 // Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
-// padding, a few texels thick: copied from the neighbouring chart where the surface goes on, diffused where it ends. Macroblock
+// padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
 // padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
 
 namespace ldi {
 
-/// JPEG codes colour in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+/// JPEG codes color in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// Where a texel of the atlas has its colour from: the classes of the paper's Figure "atlas".
+/// Where a texel of the atlas has its color from: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
     empty,       ///< in no block of a chart
     photo,       ///< a pixel that the photo shows
-    refilled,    ///< a pixel in front, but so close to a silhouette that its colour was mixed and had to be inpainted
+    refilled,    ///< a pixel in front, but so close to a silhouette that its color was mixed and had to be inpainted
     occluded,    ///< an inpainted pixel behind another
-    copied,      ///< filter padding from the neighbouring chart
+    copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
     macroblock,  ///< the rest of a chart's blocks
 };
@@ -11655,19 +11653,19 @@ struct padding_options {
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
-    /// colour   the atlas, H x W x 3
+    /// color   the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
-    chart_padder(const graph& g, std::span<const std::uint8_t> colours, std::span<const texel_kind> kind_of,
-                 image<std::uint8_t>& colour, image<texel_kind>& kind)
+    chart_padder(const graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
-          colours_(colours.data()),
+          colors_(colors.data()),
           kind_of_(kind_of.data()),
-          colour_(colour.data()),
+          color_(color.data()),
           kind_(kind.data()),
           stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
 
     /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
-    ///       texels away from its rim. Colours of texels that stay empty are left alone.
+    ///       texels away from its rim. Colors of texels that stay empty are left alone.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -11692,13 +11690,13 @@ private:
         for (std::int32_t pixel : c.pixels) {
             const std::ptrdiff_t texel = texel_of(pixel, c, placement);
             kind_[texel] = kind_of_[pixel];
-            copy_colour(texel, pixel);
+            copy_color(texel, pixel);
         }
     }
 
-    void copy_colour(std::ptrdiff_t texel, std::int32_t pixel) {
+    void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
         for (std::ptrdiff_t channel = 0; channel < 3; ++channel)
-            colour_[3 * texel + channel] = colours_[3 * std::ptrdiff_t{pixel} + channel];
+            color_[3 * texel + channel] = colors_[3 * std::ptrdiff_t{pixel} + channel];
     }
 
     void find_border(const chart& c, chart_placement placement) {
@@ -11719,10 +11717,10 @@ private:
             if (b.pixel == no_pixel) continue;
             for (side s : all_sides) {
                 const std::ptrdiff_t texel = b.texel + step(s);
-                const std::int32_t beyond = graph_.neighbour(b.pixel, s);
+                const std::int32_t beyond = graph_.neighbor(b.pixel, s);
                 if (beyond == no_pixel || kind_[texel] != texel_kind::empty) continue;
                 kind_[texel] = texel_kind::copied;
-                copy_colour(texel, beyond);
+                copy_color(texel, beyond);
                 next_border_.push_back({texel, beyond});
             }
         }
@@ -11751,9 +11749,9 @@ private:
         }
         diffusion_.solve(rounds);
         for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion::colour_type& value = diffusion_.colour(static_cast<std::int32_t>(i) + 1);
+            const diffusion::color_type& value = diffusion_.color(static_cast<std::int32_t>(i) + 1);
             for (std::size_t channel = 0; channel < 3; ++channel)
-                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
+                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
                     static_cast<std::uint8_t>(value[channel] + 0.5F);
         }
     }
@@ -11782,7 +11780,7 @@ private:
         const std::int32_t cell = diffusion_.add_cell(x, y);
         unknown_.push_back(texel);
         const auto look = [&](bool inside, std::ptrdiff_t other) {
-            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbour(cell, colour_ + 3 * other);
+            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbor(cell, color_ + 3 * other);
             return inside && is_unknown(kind_[other]);
         };
         if (look(x > 0, texel - 1)) diffusion_.link_left(cell, cell - 1);
@@ -11793,9 +11791,9 @@ private:
     }
 
     const graph& graph_;
-    const std::uint8_t* colours_;
+    const std::uint8_t* colors_;
     const texel_kind* kind_of_;
-    std::uint8_t* colour_;
+    std::uint8_t* color_;
     texel_kind* kind_;
     std::ptrdiff_t stride_;
     std::vector<border_texel> border_, next_border_;
@@ -11819,8 +11817,8 @@ struct atlas_options {
 };
 
 struct texture_atlas {
-    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16; grey where no chart is
-    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its colour from
+    image<std::uint8_t> color;               ///< H x W x 3, sides multiples of 16; gray where no chart is
+    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its color from
     std::vector<chart_placement> placements;  ///< one a chart
     float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
 };
@@ -11845,7 +11843,7 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own,
+/// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <executor Executor = const serial_executor>
@@ -11863,14 +11861,14 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     texture_atlas atlas;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
-    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
+    atlas.color = make_image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
     atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
     atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
 
     const std::vector<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.column<colour_column>(), kinds, atlas.colour, atlas.kind);
+        chart_padder padder(layers.topology, layers.column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
@@ -12347,11 +12345,11 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[static_cast<std::size_t>(v)]), point(next(v))}; }
 
-    static std::int64_t turn(lattice_point centre, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - centre.x} * (b.y - centre.y) - std::int64_t{a.y - centre.y} * (b.x - centre.x);
+    static std::int64_t turn(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
     }
-    static std::int64_t dot(lattice_point centre, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - centre.x} * (b.x - centre.x) + std::int64_t{a.y - centre.y} * (b.y - centre.y);
+    static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
     /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
     static bool inside(const visit& v, lattice_point p) {
@@ -12361,8 +12359,8 @@ private:
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
-    static bool same_direction(lattice_point centre, lattice_point p, lattice_point q) {
-        return turn(centre, p, q) == 0 && dot(centre, p, q) > 0;
+    static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
+        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
@@ -12479,7 +12477,7 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
-/// K bytes: bit s is set where side s of the pixel has no neighbour in the same chart. Pixels stand in canonical order.
+/// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
 inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
@@ -12516,7 +12514,7 @@ inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<c
             if (r != no_pixel) {
                 if (r != i + 1)
                     raise(error_code::mismatch, "mesh", "pixels in canonical order",
-                          "pixel " + std::to_string(i) + " whose right neighbour is not the next pixel");
+                          "pixel " + std::to_string(i) + " whose right neighbor is not the next pixel");
                 if (chart[r] == chart[i]) clear(bits[i], right), clear(bits[r], left);
             }
             if (d != no_pixel && chart[d] == chart[i]) clear(bits[i], down), clear(bits[d], up);
@@ -12545,9 +12543,9 @@ public:
     boundary_walker(const graph& g, const std::vector<std::uint8_t>& sides)
         : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
 
-    std::int32_t neighbour(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
-    pixel_side twin(pixel_side e) const { return {neighbour(e.pixel, e.side), across(e.side)}; }
+    pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
     /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
     template <class Visitor>
@@ -12555,7 +12553,7 @@ public:
         visit(e.pixel);
         e.side = clockwise(e.side);
         while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbour(e.pixel, e.side);
+            e.pixel = neighbor(e.pixel, e.side);
             visit(e.pixel);
             e.side = counter_clockwise(e.side);
         }
@@ -12571,7 +12569,7 @@ public:
         visit(e.pixel);
         e.side = counter_clockwise(e.side);
         while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbour(e.pixel, e.side);
+            e.pixel = neighbor(e.pixel, e.side);
             visit(e.pixel);
             e.side = clockwise(e.side);
         }
@@ -12584,7 +12582,7 @@ public:
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
         while (true) {  // links around a point make a path or a ring
-            const std::int32_t n = neighbour(first.pixel, first.corner);
+            const std::int32_t n = neighbor(first.pixel, first.corner);
             if (n == no_pixel) break;
             first = {n, counter_clockwise(first.corner)};
             if (first.pixel < smallest.pixel) smallest = first;
@@ -12596,7 +12594,7 @@ public:
         pixel_corner at = first;
         do {
             visit(at.pixel);
-            const std::int32_t n = neighbour(at.pixel, counter_clockwise(at.corner));
+            const std::int32_t n = neighbor(at.pixel, counter_clockwise(at.corner));
             if (n == no_pixel) break;
             at = {n, clockwise(at.corner)};
         } while (!(at == first));
@@ -12612,7 +12610,7 @@ private:
 
 // ---- ldi/mesh/outlines.hpp
 // The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
-// "meshing" a), cut into pieces that neighbouring charts share.
+// "meshing" a), cut into pieces that neighboring charts share.
 
 namespace ldi {
 
@@ -12779,7 +12777,7 @@ private:
     /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
     /// apart.
     std::int32_t partner(pixel_side e) const {
-        const std::int32_t n = walk_.neighbour(e.pixel, e.side);
+        const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[static_cast<std::size_t>(n)];
         const std::size_t i = static_cast<std::size_t>(e.pixel);
         const bool on_border = e.side == 0   ? g_.y[i] == 0
@@ -13845,7 +13843,7 @@ struct key_frame {
 };
 
 /// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
-/// neighbours (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
+/// neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
 /// do not rise, or a zoom is not above 0.
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
@@ -14197,8 +14195,8 @@ private:
 }  // namespace ldi::detail
 
 // ---- ldi/render/detail/pixel_squares.hpp
-// The pixels of a layered image as squares of four triangles each, from the pixel's centre to its sides. Linked pixels share
-// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasteriser works in.
+// The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
+// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
 
 namespace ldi::detail {
 
@@ -14231,7 +14229,7 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
     }
 
-    /// Centre and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
+    /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
     /// the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
@@ -14268,7 +14266,7 @@ private:
             }
         }
         const std::int32_t corners = sets.number(corner_of_);
-        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centres come first
+        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centers come first
         vertices_.resize(count + static_cast<std::size_t>(corners));
     }
 
@@ -14355,19 +14353,19 @@ private:
 
     const graph& graph_;
     std::vector<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    std::vector<screen_vertex> vertices_;  // the pixels' centres, then the corners
+    std::vector<screen_vertex> vertices_;  // the pixels' centers, then the corners
     std::vector<std::uint8_t> drawn_;      // one a pixel
 };
 
-/// The colour at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centres of pixels that are
+/// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
 /// linked around the corner and known alike.
-inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
     const graph& g = layers.topology;
     const std::vector<std::uint8_t>& known = layers.column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
-    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbour(from, s); };
+    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbor(from, s); };
     const std::int32_t beside = step(pixel, across), below = step(pixel, along);
     std::int32_t diagonal = step(beside, along);
     if (diagonal == no_pixel) diagonal = step(below, across);
@@ -14375,8 +14373,8 @@ inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layer
     float total = 0;
     const auto add = [&](std::int32_t other, float weight) {
         if (other == no_pixel || known[static_cast<std::size_t>(other)] != known[static_cast<std::size_t>(pixel)]) return;
-        const auto colour = layers.at<colour_column>(other);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(colour[c]);
+        const auto color = layers.at<color_column>(other);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
         total += weight;
     };
     add(pixel, (1 - weight_x) * (1 - weight_y));
@@ -14391,7 +14389,7 @@ inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layer
 }  // namespace ldi::detail
 
 // ---- ldi/render/rasterizer.hpp
-// A software rasteriser: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
+// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
 // holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
 // pixels.
 
@@ -14405,7 +14403,7 @@ struct raster_options {
 };
 
 struct rendering {
-    image<std::uint8_t> colour;    ///< H x W x 3: the mean of the pixel's samples
+    image<std::uint8_t> color;    ///< H x W x 3: the mean of the pixel's samples
     image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
@@ -14481,15 +14479,15 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
     std::vector<float> inverse_depth;                     ///< 0 where nothing is
-    std::vector<std::array<std::uint8_t, 3>> colour;
+    std::vector<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
         : first_row(first), last_row(last), width(samples_across) {
         inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
-        colour.assign(inverse_depth.size(), background);
+        color.assign(inverse_depth.size(), background);
     }
 
-    /// shade(u, v)  the colour at texture coordinates
+    /// shade(u, v)  the color at texture coordinates
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -14499,7 +14497,7 @@ struct sample_band {
                 const float here = static_cast<float>(values.inverse_depth(x, y));
                 if (here <= inverse_depth[i]) continue;
                 inverse_depth[i] = here;
-                colour[i] = shade(values.u(x, y), values.v(x, y));
+                color[i] = shade(values.u(x, y), values.v(x, y));
             }
         });
     }
@@ -14515,12 +14513,12 @@ struct sample_band {
                 for (std::size_t j = 0; j < n; ++j)
                     for (std::size_t i = 0; i < n; ++i) {
                         const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
-                        for (std::size_t c = 0; c < 3; ++c) sum[c] += colour[sample][c];
+                        for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
                         covered += inverse_depth[sample] > 0 ? 1U : 0U;
                         nearest = std::max(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
-                    row(result.colour, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                    row(result.color, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
                 row(result.depth, y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
                 row(result.coverage, y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
             }
@@ -14614,8 +14612,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace ldi {
 
-/// Draws a layered image. Colours run smoothly over links, and are a pixel's own out to its edge where it has none; colours that
-/// are known and colours that are not never mix.
+/// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
+/// are known and colors that are not never mix.
 ///
 /// taken_from  the camera whose pixels these are; its size is the lattice's
 /// from        where the picture is to be drawn from
@@ -14640,7 +14638,7 @@ rendering render_layers(const photo_layers& layers, const view& taken_from, cons
                 const std::int64_t area = detail::signed_area(t);
                 if (area == 0 || (area < 0 && !options.both_sides)) continue;
                 if (area < 0) std::swap(t[1], t[2]);
-                band.draw(t, [&](double u, double v) { return detail::colour_within_pixel(layers, pixel, u, v); });
+                band.draw(t, [&](double u, double v) { return detail::color_within_pixel(layers, pixel, u, v); });
             }
         },
         threads);
@@ -14656,7 +14654,7 @@ inline rendering render_layers(const photo_layers& layers, const view& taken_fro
 
 // ---- ldi/render/detail/surface_walk.hpp
 // Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
-// tells which of the surfaces at neighbouring pixels are one. In integers, by the same rule for edges as the rasteriser, so that
+// tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
 // the two always agree.
 
 namespace ldi::detail {
@@ -14717,11 +14715,11 @@ public:
     }
 
 private:
-    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's centre to a corner, 1 is the pixel's side. Returns the edge
+    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's center to a corner, 1 is the pixel's side. Returns the edge
     /// by which the next triangle is entered.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
-            from = {graph_.neighbour(from.pixel, from.outer), opposite(from.outer)};
+            from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
             return 1;
         }
         const std::size_t turn = edge == 0 ? 3 : 1;
@@ -14756,7 +14754,7 @@ struct peeled_layers {
 
 namespace detail {
 
-/// Where the ray through the centre of a pixel meets a surface.
+/// Where the ray through the center of a pixel meets a surface.
 struct fragment {
     std::size_t position;  ///< y * width + x on the screen
     surface_triangle where;
@@ -14808,13 +14806,13 @@ inline depth_range range_of(const std::vector<fragment>& fragments, const depth_
 
 }  // namespace detail
 
-/// Every surface that the ray through the centre of a pixel of `from` meets becomes a pixel there, any number of them at one
-/// position. Neighbours are linked where the surface leads from one to the other without a tear and without folding back, which
+/// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
+/// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
 /// is followed exactly: peeled from where it was taken, a layered image stays as it is.
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colours are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
+/// Colors are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
 /// and too_large if there are 2^31 pixels or more.
 template <executor Executor>
 peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
@@ -14851,7 +14849,7 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
     graph& g = result.layers.topology;
     g.width = from.camera.width, g.height = from.camera.height;
     g.resize(count);
-    for (const side s : all_sides) std::fill(g.neighbours(s).begin(), g.neighbours(s).end(), no_pixel);
+    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
     result.layers.resize_columns(count);
     std::vector<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
     for (const detail::fragment& f : fragments) ++start[f.position + 1];
@@ -14868,9 +14866,9 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             result.layers.column<disparity_column>()[i] =
                 static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
             result.layers.column<known_column>()[i] = known[static_cast<std::size_t>(f.where.pixel)];
-            const std::array<std::uint8_t, 3> colour = detail::colour_within_pixel(layers, f.where.pixel, f.u, f.v);
-            std::copy(colour.begin(), colour.end(),
-                      result.layers.column<colour_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
+            const std::array<std::uint8_t, 3> color = detail::color_within_pixel(layers, f.where.pixel, f.u, f.v);
+            std::copy(color.begin(), color.end(),
+                      result.layers.column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
         }
     });
     const detail::surface_walk walk(layers.topology, squares);
@@ -14943,7 +14941,7 @@ inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const i
 }
 
 /// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
-/// keeps coloured things equally bright to both eyes; "half colour"), green and blue are the right picture's. Raises mismatch.
+/// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
 inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result = right;
@@ -14973,13 +14971,13 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 
 // ---- ldi/photo3d.hpp
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
-// (layers/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
+// (occlusion/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
 // you want only a part, or your own part in between.
 
 namespace ldi {
 
 /// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
-/// any size, larger is nearer; `quantization_step()` is the ratio of neighbouring values of that map, 1 if it is not quantised.
+/// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
 concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
@@ -14988,10 +14986,10 @@ concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo,
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colours to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the colour of every pixel whose
+/// What gives colors to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
-concept colour_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
+concept color_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
     t.inpaint(layers, threads, watcher);
 };
 
@@ -15019,7 +15017,7 @@ struct photo3d_options {
     weighted_median_options median;
     middle_component_options components;
     lift_options lift;
-    mixed_colour_options mixed_colours;
+    mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
     grain_options grain;
@@ -15047,11 +15045,11 @@ struct photo3d {
 /// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
 /// watcher    is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected
 /// components",
-///            "occluded geometry", "colour inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
+///            "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
 ///            0 and ends with 1
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
-template <depth_estimator Estimator, colour_inpainter Inpainter, executor Executor = const serial_executor>
+template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
     LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
@@ -15094,13 +15092,13 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
     result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
     close_spurious_discontinuities(lifted.topology, result.curves);
-    mark_mixed_colours(lifted, options.mixed_colours);
+    mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
-    watcher.report("colour inpainting", 0.0F);
+    watcher.report("color inpainting", 0.0F);
     inpainter.inpaint(result.layers, threads, watcher);
     add_grain(result.layers, options.grain);
-    watcher.report("colour inpainting", 1.0F);
+    watcher.report("color inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
     result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
@@ -15113,7 +15111,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("meshing", 0.0F);
     result.mesh =
         build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
-                   static_cast<std::int32_t>(width(result.atlas.colour)), static_cast<std::int32_t>(height(result.atlas.colour)),
+                   static_cast<std::int32_t>(width(result.atlas.color)), static_cast<std::int32_t>(height(result.atlas.color)),
                    result.camera, result.range, options.mesh, threads);
     watcher.report("meshing", 1.0F);
     return result;
@@ -15123,4 +15121,4 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
 
 // ---- ldi/ldi.hpp
 // All of ldi that works on values in memory. What reads or writes files or third-party formats is left out and included by name:
-// ldi/io/..., and ldi/networks/caffe2.hpp for the published weights; link ldi::io for those.
+// ldi/formats/...; link ldi::io for those.

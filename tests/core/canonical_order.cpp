@@ -98,7 +98,7 @@ TEST_CASE("canonical order is idempotent, and the order before does not matter")
     });
 }
 
-TEST_CASE("reordering keeps every pixel's position and neighbours") {
+TEST_CASE("reordering keeps every pixel's position and neighbors") {
     testing::for_random_graphs(6, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
@@ -109,8 +109,8 @@ TEST_CASE("reordering keeps every pixel's position and neighbours") {
             REQUIRE(moved.x[i] == g.x[old]);
             REQUIRE(moved.y[i] == g.y[old]);
             for (const side s : all_sides) {
-                const std::int32_t there = moved.neighbours(s)[i];
-                REQUIRE((there == no_pixel ? no_pixel : order[static_cast<std::size_t>(there)]) == g.neighbours(s)[old]);
+                const std::int32_t there = moved.neighbors(s)[i];
+                REQUIRE((there == no_pixel ? no_pixel : order[static_cast<std::size_t>(there)]) == g.neighbors(s)[old]);
             }
         }
     });

@@ -24,7 +24,7 @@ std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Want
     for (std::size_t next = 0; next < queue.size(); ++next) {
         if (wanted(queue[next])) return queue[next];
         for (const side s : all_sides) {
-            const std::int32_t n = g.neighbour(queue[next], s);
+            const std::int32_t n = g.neighbor(queue[next], s);
             if (n == no_pixel || seen[static_cast<std::size_t>(n)] || !allowed(n)) continue;
             seen[static_cast<std::size_t>(n)] = true;
             queue.push_back(n);
@@ -186,8 +186,8 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
             const std::int32_t from = result.kept[i];
             for (const side first : all_sides)
                 for (const side second : all_sides) {
-                    const std::int32_t middle = g.neighbour(from, first);
-                    const std::int32_t end = middle == no_pixel ? no_pixel : g.neighbour(middle, second);
+                    const std::int32_t middle = g.neighbor(from, first);
+                    const std::int32_t end = middle == no_pixel ? no_pixel : g.neighbor(middle, second);
                     if (end == no_pixel || !is_kept(g, end) || end == from) continue;
                     const std::size_t a = static_cast<std::size_t>(from), b = static_cast<std::size_t>(end);
                     for (std::size_t s = 0; s < 4; ++s)
@@ -196,7 +196,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
                             found[s] = result.parent[b];
                         }
                 }
-            for (std::size_t s = 0; s < 4; ++s) REQUIRE(result.topology.neighbours(all_sides[s])[i] == found[s]);
+            for (std::size_t s = 0; s < 4; ++s) REQUIRE(result.topology.neighbors(all_sides[s])[i] == found[s]);
         }
     });
 }

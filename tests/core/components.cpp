@@ -22,7 +22,7 @@ components flooded(const graph& g) {
             open.pop_back();
             ++result.size.back();
             for (const side s : all_sides) {
-                const std::int32_t n = g.neighbour(at, s);
+                const std::int32_t n = g.neighbor(at, s);
                 if (n == no_pixel || result.label[static_cast<std::size_t>(n)] != -1) continue;
                 result.label[static_cast<std::size_t>(n)] = label;
                 open.push_back(n);

@@ -32,7 +32,7 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
             for (const side s : all_sides) {
                 const std::int32_t there_x = x + step_x(s), there_y = y + step_y(s);
                 const bool inside = there_x >= 0 && there_x < width && there_y >= 0 && there_y < height;
-                CHECK(g.neighbour(i, s) == (inside ? there_y * width + there_x : no_pixel));
+                CHECK(g.neighbor(i, s) == (inside ? there_y * width + there_x : no_pixel));
             }
         }
     }
@@ -40,21 +40,21 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
 
 TEST_CASE("each side has its own column") {
     graph g = make_grid(3, 3);
-    CHECK(&g.neighbours(side::up) == &g.up);
-    CHECK(&g.neighbours(side::down) == &g.down);
-    CHECK(&g.neighbours(side::left) == &g.left);
-    CHECK(&g.neighbours(side::right) == &g.right);
-    CHECK(g.neighbour(4, side::up) == 1);
-    CHECK(g.neighbour(4, side::down) == 7);
-    CHECK(g.neighbour(4, side::left) == 3);
-    CHECK(g.neighbour(4, side::right) == 5);
+    CHECK(&g.neighbors(side::up) == &g.up);
+    CHECK(&g.neighbors(side::down) == &g.down);
+    CHECK(&g.neighbors(side::left) == &g.left);
+    CHECK(&g.neighbors(side::right) == &g.right);
+    CHECK(g.neighbor(4, side::up) == 1);
+    CHECK(g.neighbor(4, side::down) == 7);
+    CHECK(g.neighbor(4, side::left) == 3);
+    CHECK(g.neighbor(4, side::right) == 5);
 }
 
 TEST_CASE("an added pixel has no links") {
     graph g = make_grid(2, 2);
     REQUIRE(g.add_pixel(1, 1) == 4);
     REQUIRE(g.size() == 5);
-    for (const side s : all_sides) CHECK(g.neighbour(4, s) == no_pixel);
+    for (const side s : all_sides) CHECK(g.neighbor(4, s) == no_pixel);
     CHECK_FALSE(validate(g).has_value());
 }
 
@@ -65,17 +65,17 @@ TEST_CASE("linking is mutual, and unlinking undoes it") {
         if (before.size() == 0) continue;
         const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(before.size()));
         const side s = testing::random_side(random);
-        const std::int32_t other = before.neighbour(pixel, s);
+        const std::int32_t other = before.neighbor(pixel, s);
 
         graph g = before;
         g.unlink(pixel, s);
         CHECK_FALSE(validate(g).has_value());
-        CHECK(g.neighbour(pixel, s) == no_pixel);
+        CHECK(g.neighbor(pixel, s) == no_pixel);
         if (other == no_pixel) {
             CHECK(testing::same_graph(g, before));
             continue;
         }
-        CHECK(g.neighbour(other, opposite(s)) == no_pixel);
+        CHECK(g.neighbor(other, opposite(s)) == no_pixel);
         g.link(other, opposite(s), pixel);
         CHECK(testing::same_graph(g, before));
     }
@@ -94,12 +94,12 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
         for (std::size_t i = 0; i < g.size(); ++i) {
             most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])]);
             bool linked = false;
-            for (const side s : all_sides) linked = linked || g.neighbours(s)[i] != no_pixel;
+            for (const side s : all_sides) linked = linked || g.neighbors(s)[i] != no_pixel;
             if (!linked) ++islands;
             // Right, down, left, up ends on another layer than it began.
             std::int32_t at = static_cast<std::int32_t>(i);
             for (const side s : {side::right, side::down, side::left, side::up})
-                if (at != no_pixel) at = g.neighbour(at, s);
+                if (at != no_pixel) at = g.neighbor(at, s);
             if (at != no_pixel && at != static_cast<std::int32_t>(i)) ++helices;
         }
     });

@@ -30,14 +30,14 @@ struct no_scalar {
 };
 using users_layers = layered_image<normal_column, disparity_column, name_column, other_disparity_column>;
 
-static_assert(payload_column<colour_column> && payload_column<normal_column> && payload_column<name_column>);
+static_assert(payload_column<color_column> && payload_column<normal_column> && payload_column<name_column>);
 static_assert(no_scalar::channels == 1);  // used, so that no compiler warns
 static_assert(!payload_column<no_channels> && !payload_column<no_scalar> && !payload_column<float>);
 static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_constructible_v<users_layers>);
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
 static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not turn into a layered image unasked");
-static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<colour_column>()), std::vector<std::uint8_t>&>);
+static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), std::vector<std::uint8_t>&>);
 static_assert(
     std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const std::vector<float>&>);
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
@@ -115,9 +115,9 @@ TEST_CASE("of the pixels that are kept the links and rows stay, in their order, 
             if (kept[i] == 0) continue;
             REQUIRE(layers.at<disparity_column>(now[i])[0] == before.at<disparity_column>(static_cast<std::int32_t>(i))[0]);
             for (const side s : all_sides) {
-                const std::int32_t neighbour = before.topology.neighbours(s)[i];
-                const std::int32_t expected = neighbour == no_pixel ? no_pixel : now[static_cast<std::size_t>(neighbour)];
-                REQUIRE(layers.topology.neighbour(now[i], s) == expected);
+                const std::int32_t neighbor = before.topology.neighbors(s)[i];
+                const std::int32_t expected = neighbor == no_pixel ? no_pixel : now[static_cast<std::size_t>(neighbor)];
+                REQUIRE(layers.topology.neighbor(now[i], s) == expected);
             }
         }
     });

@@ -62,9 +62,9 @@ TEST_CASE("a position outside the lattice is detected") {
     });
 }
 
-TEST_CASE("a neighbour that is no pixel's index is detected") {
-    detects(invariant::neighbour_in_range, 12, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
-        g.neighbours(s)[static_cast<std::size_t>(pixel)] =
+TEST_CASE("a neighbor that is no pixel's index is detected") {
+    detects(invariant::neighbor_in_range, 12, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
+        g.neighbors(s)[static_cast<std::size_t>(pixel)] =
             testing::chance(random, 50) ? static_cast<std::int32_t>(g.size()) : -2 - testing::below(random, 10);
         return true;
     });
@@ -72,19 +72,19 @@ TEST_CASE("a neighbour that is no pixel's index is detected") {
 
 TEST_CASE("a link that is not returned is detected") {
     detects(invariant::mutual_links, 13, [](graph& g, std::int32_t pixel, side s, std::mt19937&) {
-        const std::int32_t there = g.neighbour(pixel, s);
+        const std::int32_t there = g.neighbor(pixel, s);
         if (there == no_pixel) return false;
-        g.neighbours(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        g.neighbors(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
         return true;
     });
     detects(invariant::mutual_links, 14, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
-        if (g.neighbour(pixel, s) != no_pixel) return false;
-        g.neighbours(s)[static_cast<std::size_t>(pixel)] = testing::below(random, static_cast<std::int32_t>(g.size()));
+        if (g.neighbor(pixel, s) != no_pixel) return false;
+        g.neighbors(s)[static_cast<std::size_t>(pixel)] = testing::below(random, static_cast<std::int32_t>(g.size()));
         return true;
     });
 }
 
-TEST_CASE("two pixels that claim one neighbour are detected") {
+TEST_CASE("two pixels that claim one neighbor are detected") {
     graph g = make_grid(2, 2);
     const std::int32_t rival = g.add_pixel(0, 0);
     g.right[static_cast<std::size_t>(rival)] = 1;
@@ -104,7 +104,7 @@ TEST_CASE("a mutual link between pixels that are not side by side is detected") 
         const side s = testing::random_side(random);
         const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
         const bool side_by_side = g.x[j] == g.x[i] + step_x(s) && g.y[j] == g.y[i] + step_y(s);
-        if (side_by_side || g.neighbour(a, s) != no_pixel || g.neighbour(b, opposite(s)) != no_pixel) return;
+        if (side_by_side || g.neighbor(a, s) != no_pixel || g.neighbor(b, opposite(s)) != no_pixel) return;
         g.link(a, s, b);
         const std::optional<violation> found = validate(g);
         REQUIRE(found.has_value());
@@ -129,7 +129,7 @@ TEST_CASE("pixels out of canonical order are detected where they stand") {
 
 TEST_CASE("every invariant has a name of its own") {
     std::vector<std::string_view> names;
-    for (const invariant i : {invariant::equal_columns, invariant::inside_lattice, invariant::neighbour_in_range,
+    for (const invariant i : {invariant::equal_columns, invariant::inside_lattice, invariant::neighbor_in_range,
                               invariant::mutual_links, invariant::one_step_away, invariant::canonical_order})
         names.push_back(to_string(i));
     std::sort(names.begin(), names.end());

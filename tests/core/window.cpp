@@ -19,7 +19,7 @@ window window_of(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
     return result;
 }
 
-/// The same window by another road: round by round, each element that is still free goes to the neighbouring element of the last
+/// The same window by another road: round by round, each element that is still free goes to the neighboring element of the last
 /// round that was claimed first, and among its four sides to the first in order.
 window window_by_rounds(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
     struct claim {
@@ -38,7 +38,7 @@ window window_by_rounds(const graph& g, std::int32_t pixel, std::int32_t kernel_
                 for (int s = 0; s < 4; ++s) {
                     const side to = all_sides[s];
                     const std::int32_t column = c.element % kernel_size + step_x(to), row = c.element / kernel_size + step_y(to);
-                    const std::int32_t found = g.neighbour(c.pixel, to);
+                    const std::int32_t found = g.neighbor(c.pixel, to);
                     if (column == element % kernel_size && row == element / kernel_size && found != none)
                         best = std::min(best, {c.rank, s, element, found});
                 }
@@ -71,7 +71,7 @@ TEST_CASE("in an image a window is the square round its pixel, with nothing beyo
 }
 
 TEST_CASE("exploration goes round a silhouette, and stays away from what it cannot reach (the paper's 5 x 5 example)") {
-    // A wall right of the centre's column in all rows but the last; the two pixels in the top right corner are cut off.
+    // A wall right of the center's column in all rows but the last; the two pixels in the top right corner are cut off.
     //
     //      0  1  2 | 3  4
     //               --- --
@@ -89,31 +89,31 @@ TEST_CASE("exploration goes round a silhouette, and stays away from what it cann
 }
 
 TEST_CASE("equally long paths to different layers: up and down are taken before left and right") {
-    //  Each corner of the centre 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
+    //  Each corner of the center 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
     graph g;
     g.width = g.height = 3;
-    const std::int32_t centre = g.add_pixel(1, 1);
+    const std::int32_t center = g.add_pixel(1, 1);
     const std::int32_t up = g.add_pixel(1, 0), down = g.add_pixel(1, 2), left = g.add_pixel(0, 1), right = g.add_pixel(2, 1);
     const std::int32_t up_left = g.add_pixel(0, 0), up_right = g.add_pixel(2, 0);
     const std::int32_t down_left = g.add_pixel(0, 2), down_right = g.add_pixel(2, 2);
     const std::int32_t left_up = g.add_pixel(0, 0), left_down = g.add_pixel(0, 2);
     const std::int32_t right_up = g.add_pixel(2, 0), right_down = g.add_pixel(2, 2);
-    g.link(centre, side::up, up), g.link(centre, side::down, down), g.link(centre, side::left, left);
-    g.link(centre, side::right, right);
+    g.link(center, side::up, up), g.link(center, side::down, down), g.link(center, side::left, left);
+    g.link(center, side::right, right);
     g.link(up, side::left, up_left), g.link(up, side::right, up_right);
     g.link(down, side::left, down_left), g.link(down, side::right, down_right);
     g.link(left, side::up, left_up), g.link(left, side::down, left_down);
     g.link(right, side::up, right_up), g.link(right, side::down, right_down);
-    CHECK(window_of(g, centre, 3) == window{up_left, up, up_right, left, centre, right, down_left, down, down_right});
+    CHECK(window_of(g, center, 3) == window{up_left, up, up_right, left, center, right, down_left, down, down_right});
 
     g.unlink(up, side::left), g.unlink(down, side::right);
-    CHECK(window_of(g, centre, 3) == window{left_up, up, up_right, left, centre, right, down_left, down, right_down});
+    CHECK(window_of(g, center, 3) == window{left_up, up, up_right, left, center, right, down_left, down, right_down});
 
     SECTION("the relation is not symmetric") {
         g.link(up, side::left, up_left);
-        const window of_centre = window_of(g, centre, 3), of_left_up = window_of(g, left_up, 3);
-        CHECK(std::find(of_centre.begin(), of_centre.end(), left_up) == of_centre.end());
-        CHECK(std::find(of_left_up.begin(), of_left_up.end(), centre) != of_left_up.end());
+        const window of_center = window_of(g, center, 3), of_left_up = window_of(g, left_up, 3);
+        CHECK(std::find(of_center.begin(), of_center.end(), left_up) == of_center.end());
+        CHECK(std::find(of_left_up.begin(), of_left_up.end(), center) != of_left_up.end());
     }
 }
 
@@ -121,17 +121,17 @@ TEST_CASE("a shorter path wins over a longer one that turns up first") {
     //  Two layers at (2, 0): one is two steps away, right then up; the other four, up, up, right, down.
     graph g;
     g.width = 3, g.height = 4;
-    const std::int32_t centre = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
+    const std::int32_t center = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
     const std::int32_t up = g.add_pixel(1, 1), up_up = g.add_pixel(1, 0), over = g.add_pixel(2, 0), long_way = g.add_pixel(2, 1);
-    g.link(centre, side::right, right), g.link(right, side::up, short_way);
-    g.link(centre, side::up, up), g.link(up, side::up, up_up), g.link(up_up, side::right, over),
+    g.link(center, side::right, right), g.link(right, side::up, short_way);
+    g.link(center, side::up, up), g.link(up, side::up, up_up), g.link(up_up, side::right, over),
         g.link(over, side::down, long_way);
-    const window full = window_of(g, centre, 5);
+    const window full = window_of(g, center, 5);
     CHECK(full[1 * 5 + 3] == short_way);
     CHECK(full[0 * 5 + 3] == over);
     g.unlink(right, side::up);
-    CHECK(window_of(g, centre, 5)[1 * 5 + 3] == long_way);
-    CHECK(window_of(g, centre, 3) == window{none, up, none, none, centre, right, none, none, none});
+    CHECK(window_of(g, center, 5)[1 * 5 + 3] == long_way);
+    CHECK(window_of(g, center, 3) == window{none, up, none, none, center, right, none, none, none});
 }
 
 TEST_CASE("round the end of a silhouette a window stays on its turn until another is nearer") {
@@ -166,23 +166,23 @@ TEST_CASE("a window is what exploration round by round finds, on any graph") {
     });
 }
 
-TEST_CASE("every element of a window lies where the kernel says, and joins the centre inside the window") {
+TEST_CASE("every element of a window lies where the kernel says, and joins the center inside the window") {
     testing::for_random_graphs(21, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         for (std::int32_t pixel = 0; pixel < static_cast<std::int32_t>(g.size()); ++pixel) {
-            const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4), centre = kernel_size / 2;
+            const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4), center = kernel_size / 2;
             const window found = window_of(g, pixel, kernel_size);
             REQUIRE(found[found.size() / 2] == pixel);
             for (std::int32_t element = 0; element < static_cast<std::int32_t>(found.size()); ++element) {
                 const std::int32_t there = found[static_cast<std::size_t>(element)];
                 if (there == none) continue;
                 const std::size_t i = static_cast<std::size_t>(pixel), j = static_cast<std::size_t>(there);
-                REQUIRE(g.x[j] - g.x[i] == element % kernel_size - centre);
-                REQUIRE(g.y[j] - g.y[i] == element / kernel_size - centre);
+                REQUIRE(g.x[j] - g.x[i] == element % kernel_size - center);
+                REQUIRE(g.y[j] - g.y[i] == element / kernel_size - center);
                 bool joined = there == pixel;
                 for (const side s : all_sides)
-                    joined = joined || (g.neighbour(there, s) != none &&
-                                        std::find(found.begin(), found.end(), g.neighbour(there, s)) != found.end());
+                    joined = joined || (g.neighbor(there, s) != none &&
+                                        std::find(found.begin(), found.end(), g.neighbor(there, s)) != found.end());
                 REQUIRE(joined);
             }
         }

@@ -8,7 +8,7 @@ namespace {
 
 // Foreground 0.8 on the right of `edge`, background 0.2 on the left.
 ldi::image<float> two_sides(std::size_t edge) {
-    ldi::image<float> map = ldi::make_image<float>(30, 40);
+    ldi::image<float> map(30, 40);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x < edge ? 0.2F : 0.8F;
     return map;
@@ -51,12 +51,12 @@ TEST_CASE("small things that are nearer or farther than all around them stay") {
 TEST_CASE("merging brings in no new values and leaves components of random maps large or one-sided") {
     std::mt19937 random(3);
     for (int round = 0; round < 200; ++round) {
-        ldi::image<float> map = ldi::make_image<float>(1 + random() % 20, 1 + random() % 20);
+        ldi::image<float> map(1 + random() % 20, 1 + random() % 20);
         const unsigned levels = 2 + random() % 4;
         for (float& value : map) value = static_cast<float>(random() % levels) / static_cast<float>(levels);
         if (round % 2 == 0)
-            for (std::size_t y = 0; y < ldi::height(map) / 2; ++y)
-                for (std::size_t x = 0; x < ldi::width(map); ++x) map(y, x, 0) = 0.0F;
+            for (std::size_t y = 0; y < map.height() / 2; ++y)
+                for (std::size_t x = 0; x < map.width(); ++x) map(y, x, 0) = 0.0F;
         const ldi::image<float> before = map;
         ldi::merge_middle_components(map);
         for (float value : map) REQUIRE(std::find(before.begin(), before.end(), value) != before.end());

@@ -8,7 +8,7 @@
 namespace {
 
 ldi::image<float> ramp(float first, float last, std::size_t count = 1000) {
-    ldi::image<float> map = ldi::make_image<float>(1, count);
+    ldi::image<float> map(1, count);
     for (std::size_t x = 0; x < count; ++x)
         map(0, x, 0) = first + (last - first) * static_cast<float>(x) / static_cast<float>(count - 1);
     return map;
@@ -16,7 +16,7 @@ ldi::image<float> ramp(float first, float last, std::size_t count = 1000) {
 
 }  // namespace
 
-TEST_CASE("normalised disparity fills [0, 1] and grows with the source") {
+TEST_CASE("normalized disparity fills [0, 1] and grows with the source") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     const ldi::normalized_disparity n = ldi::normalize(ramp(2.0F, 10.0F), options);
@@ -36,11 +36,11 @@ TEST_CASE("depth is the inverse of the source, up to scale") {
         CHECK(n.range.depth(n.disparity(0, x, 0)) * source(0, x, 0) == Approx(scale).epsilon(1e-4));
 }
 
-TEST_CASE("metric sources keep their metres") {
+TEST_CASE("metric sources keep their meters") {
     ldi::normalize_options options;
     options.clipped_share = 0.0F;
     options.is_metric = true;
-    const ldi::image<float> source = ramp(0.25F, 2.0F);  // 4 m to half a metre
+    const ldi::image<float> source = ramp(0.25F, 2.0F);  // 4 m to half a meter
     const ldi::normalized_disparity n = ldi::normalize(source, options);
     for (std::size_t x = 0; x < 1000; x += 37)
         CHECK(n.range.depth(n.disparity(0, x, 0)) == Approx(1.0F / source(0, x, 0)).epsilon(1e-4));
@@ -54,12 +54,12 @@ TEST_CASE("a few wild values do not squeeze the others") {
     CHECK(n.disparity(0, 5000, 0) == Approx(0.5F).margin(0.01));
 }
 
-TEST_CASE("one step of a quantised source never exceeds the largest step, even in a flat scene") {
+TEST_CASE("one step of a quantized source never exceeds the largest step, even in a flat scene") {
     const float ratio = std::exp(0.0187F);
     ldi::normalize_options options;
     options.relative_step = ratio - 1.0F;
     for (int levels : {1, 2, 5, 20, 100}) {
-        ldi::image<float> map = ldi::make_image<float>(100, 100);
+        ldi::image<float> map(100, 100);
         for (std::size_t i = 0; i < map.size(); ++i)
             map.data()[i] = 3.0F * std::pow(ratio, static_cast<float>(static_cast<int>(i) % levels));
         const ldi::normalized_disparity n = ldi::normalize(map, options);
@@ -97,7 +97,7 @@ TEST_CASE("the largest and the smallest floats are values like others") {
     CHECK(tiny.disparity(0, 999, 0) == 1.0F);
     CHECK(std::isfinite(tiny.range.z_far));
     options.is_inverse_depth = false;
-    ldi::image<float> wide = ldi::make_image<float>(1, 3, 1, 0.0F);
+    ldi::image<float> wide(1, 3, 1, 0.0F);
     wide(0, 0, 0) = -largest, wide(0, 2, 0) = largest;
     const ldi::normalized_disparity n = ldi::normalize(wide, options);
     CHECK(n.disparity(0, 0, 0) == 0.0F);

@@ -7,11 +7,11 @@
 
 namespace {
 
-// A disc in front of a background, of another colour; `blur` samples wide depth edge, displaced by `shift` pixels of the photo.
+// A disc in front of a background, of another color; `blur` samples wide depth edge, displaced by `shift` pixels of the photo.
 struct disc_scene {
-    ldi::image<std::uint8_t> photo = ldi::make_image<std::uint8_t>(160, 200, 3);
-    ldi::image<float> truth = ldi::make_image<float>(160, 200);
-    ldi::image<float> map = ldi::make_image<float>(40, 50);
+    ldi::image<std::uint8_t> photo(160, 200, 3);
+    ldi::image<float> truth(160, 200);
+    ldi::image<float> map(40, 50);
 
     explicit disc_scene(float shift) {
         std::mt19937 random(4);
@@ -33,7 +33,7 @@ struct disc_scene {
 
 }  // namespace
 
-TEST_CASE("depth edges move onto colour edges") {
+TEST_CASE("depth edges move onto color edges") {
     for (float shift : {0.0F, 3.0F, -5.0F}) {
         const disc_scene scene(shift);
         const ldi::image<float> fine = ldi::resample_to_photo(scene.map, scene.photo);
@@ -55,8 +55,8 @@ TEST_CASE("resampling brings no values between the two sides of an edge") {
 }
 
 TEST_CASE("a plane stays a plane") {
-    ldi::image<std::uint8_t> photo = ldi::make_image<std::uint8_t>(96, 120, 3, std::uint8_t{100});
-    ldi::image<float> map = ldi::make_image<float>(24, 30);
+    ldi::image<std::uint8_t> photo(96, 120, 3, std::uint8_t{100});
+    ldi::image<float> map(24, 30);
     for (std::size_t y = 0; y < 24; ++y)
         for (std::size_t x = 0; x < 30; ++x)
             map(y, x, 0) = 0.3F + 0.004F * static_cast<float>(x) + 0.002F * static_cast<float>(y);
@@ -72,12 +72,12 @@ TEST_CASE("any ratio of sizes covers every pixel, on any number of threads") {
     std::mt19937 random(5);
     ldi::thread_pool threads(3);
     for (int round = 0; round < 60; ++round) {
-        const auto photo = ldi::make_image<std::uint8_t>(1 + random() % 40, 1 + random() % 40, 3, std::uint8_t{7});
-        ldi::image<float> map = ldi::make_image<float>(1 + random() % 40, 1 + random() % 40);
+        const auto photo = ldi::image<std::uint8_t>(1 + random() % 40, 1 + random() % 40, 3, std::uint8_t{7});
+        ldi::image<float> map(1 + random() % 40, 1 + random() % 40);
         for (float& value : map) value = 0.25F + 0.5F * static_cast<float>(random() % 2);
         const ldi::image<float> fine = ldi::resample_to_photo(map, photo);
-        REQUIRE(ldi::height(fine) == ldi::height(photo));
-        REQUIRE(ldi::width(fine) == ldi::width(photo));
+        REQUIRE(fine.height() == photo.height());
+        REQUIRE(fine.width() == photo.width());
         for (float value : fine) REQUIRE((value >= 0.2499F && value <= 0.7501F));
         REQUIRE((ldi::resample_to_photo(map, photo, {}, threads) == fine));
     }

@@ -13,7 +13,7 @@ namespace {
 // The paper's words, one pixel at a time: sort the samples by value, take the one whose sums of preceding and following weights
 // are closest to being equal. Returns every sample that is within rounding of the best.
 std::vector<float> best_samples(const ldi::image<float>& map, int y, int x, const ldi::weighted_median_options& options) {
-    const int rows = static_cast<int>(ldi::height(map)), columns = static_cast<int>(ldi::width(map));
+    const int rows = static_cast<int>(map.height()), columns = static_cast<int>(map.width());
     const auto at = [&](int v, int u) { return map(v, u, 0); };
     std::vector<std::pair<float, double>> samples;
     for (int v = std::max(y - 2, 0); v <= std::min(y + 2, rows - 1); ++v)
@@ -42,7 +42,7 @@ std::vector<float> best_samples(const ldi::image<float>& map, int y, int x, cons
 }
 
 ldi::image<float> random_map(std::mt19937& random, std::size_t rows, std::size_t columns, float noise) {
-    ldi::image<float> map = ldi::make_image<float>(rows, columns);
+    ldi::image<float> map(rows, columns);
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
     const float levels[] = {unit(random), unit(random), unit(random)};
     const float slope_x = unit(random) * 0.03F, slope_y = unit(random) * 0.03F, bend = 1.0F + 3.0F * unit(random);
@@ -75,7 +75,7 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
 }
 
 TEST_CASE("an edge washed out over three pixels becomes a step") {
-    ldi::image<float> map = ldi::make_image<float>(20, 30);
+    ldi::image<float> map(20, 30);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 30; ++x)
             map(y, x, 0) = x < 14 ? 0.2F : x == 14 ? 0.35F : x == 15 ? 0.5F : x == 16 ? 0.65F : 0.8F;

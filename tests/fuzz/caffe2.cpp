@@ -3,7 +3,7 @@
 //
 //   clang++ -std=c++20 -g -O1 -fsanitize=fuzzer,address,undefined -Iinclude -I. tests/fuzz/caffe2.cpp -o fuzz_caffe2
 //   ./fuzz_caffe2 -max_len=64 -max_total_time=60
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/formats/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>
 
@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
         ldi::serial_executor threads;
-        network.levels(ldi::make_image<std::uint8_t>(32, 32, 3, 100), threads);
+        network.levels(ldi::image<std::uint8_t>(32, 32, 3, 100), threads);
     } catch (const ldi::error&) {
     }
     return 0;

@@ -1,5 +1,5 @@
 // libFuzzer: any bytes are a depth map or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
-#include <ldi/io/depth_map.hpp>
+#include <ldi/formats/depth_map.hpp>
 #include <tests/io/support.hpp>
 
 #include <cstdlib>
@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         ldi::depth_map_options options;
         options.max_pixels = std::size_t{1} << 20;
-        options.kind = size % 2 == 0 ? ldi::depth_map_kind::disparity : ldi::depth_map_kind::metres;
+        options.kind = size % 2 == 0 ? ldi::depth_map_kind::disparity : ldi::depth_map_kind::meters;
         options.white_is_near = size % 4 < 2;
         const ldi::image<float> map = ldi::fill_invalid(ldi::decode_depth_map(bytes, options));
         for (float v : map)

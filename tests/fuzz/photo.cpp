@@ -1,5 +1,5 @@
 // libFuzzer: any bytes are a photo or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
-#include <ldi/io/photo.hpp>
+#include <ldi/formats/photo.hpp>
 #include <tests/io/support.hpp>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,6 +1,6 @@
 // libFuzzer: any bytes are a weight file with an 8-bit network that runs, or an error. Fused layers must make what single layers
 // make. Built by clang++ -fsanitize=fuzzer,address,undefined; start from tests/fuzz/corpus/quantized_weights.
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,7 +15,7 @@ constexpr std::size_t most_bytes = std::size_t{1} << 21;  // of a run: a small f
 
 void run(const ldi::quantized_network& network, std::size_t height, std::size_t width) {
     if (network.working_bytes({height, width}, 1) > most_bytes) return;
-    ldi::image<std::uint8_t> input = ldi::make_image<std::uint8_t>(height, width, network.input_channels());
+    ldi::image<std::uint8_t> input(height, width, network.input_channels());
     for (std::size_t i = 0; i < input.size(); ++i) input.data()[i] = static_cast<std::uint8_t>(37 * i);
     ldi::serial_executor threads;
     const ldi::image<std::uint8_t> fused = network.run(input, threads);

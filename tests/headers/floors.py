@@ -6,8 +6,8 @@ import re
 import sys
 from pathlib import Path
 
-FLOORS = ["core", "kernels", "nn", "networks", "depth", "layers", "texture", "mesh", "render", "io"]
-FOR_ALL = {"config.hpp", "version.hpp"}
+FLOORS = ["base", "core", "kernels", "nn", "networks", "depth", "occlusion", "charts", "texture", "mesh", "render", "formats"]
+FOR_ALL = {"version.hpp"}
 
 include = Path(__file__).resolve().parent.parent.parent / "include" / "ldi"
 broken = []

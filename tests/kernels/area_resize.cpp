@@ -32,7 +32,7 @@ std::vector<std::uint8_t> noise(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("the weights of every pixel add up to one and cover neighbouring stretches without gap or overlap") {
+TEST_CASE("the weights of every pixel add up to one and cover neighboring stretches without gap or overlap") {
     for (std::size_t source : {1U, 2U, 3U, 31U, 384U, 1000U, 4032U})
         for (std::size_t result : {1U, 2U, 3U, 32U, 288U, 384U, 1000U}) {
             const ldi::area_weights made = ldi::make_area_weights(source, result);
@@ -105,7 +105,7 @@ TEST_CASE("sums have the same bits whether or not the machine has fused multiply
     CHECK(checksum == 0xACD0BA5C);
 }
 
-TEST_CASE("halves are rounded to the even neighbour") {
+TEST_CASE("halves are rounded to the even neighbor") {
     CHECK(resized({0, 1}, 1, 2, 1, 1) == std::vector<std::uint8_t>{0});
     CHECK(resized({1, 2}, 1, 2, 1, 1) == std::vector<std::uint8_t>{2});
     CHECK(resized({254, 255}, 2, 1, 1, 1) == std::vector<std::uint8_t>{254});

@@ -60,7 +60,7 @@ convolution any_convolution(ldi_test::random_bytes& random, std::size_t channels
 
 }  // namespace
 
-TEST_CASE("depthwise_u8 sums the 3 x 3 neighbourhood of each channel; what lies outside the image counts as zero") {
+TEST_CASE("depthwise_u8 sums the 3 x 3 neighborhood of each channel; what lies outside the image counts as zero") {
     ldi_test::random_bytes random;
     for (std::size_t channels : {1U, 8U, 15U, 16U, 17U, 40U, 48U})
         for (std::size_t width : {1U, 2U, 3U, 8U, 9U})

@@ -61,7 +61,7 @@ product any_product(ldi_test::random_bytes& random, std::size_t segments, std::s
 
 }  // namespace
 
-TEST_CASE("gemm_u8 is the requantised product with both zero points taken off, for all sizes around its tiles") {
+TEST_CASE("gemm_u8 is the requantized product with both zero points taken off, for all sizes around its tiles") {
     ldi_test::random_bytes random;
     for (std::size_t outputs : {1U, 7U, 8U, 9U, 24U})
         for (std::size_t inputs : {1U, 3U, 8U, 27U, 100U})
@@ -133,7 +133,7 @@ TEST_CASE("weights that an instruction set cannot hold, and scales that float ca
     }
 }
 
-TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantisation, on every instruction set") {
+TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantization, on every instruction set") {
     ldi_test::random_bytes random;
     for (int round = 0; round < 60; ++round) {
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);

@@ -8,7 +8,7 @@
 
 namespace {
 
-/// How many of 24 random requantisations have this form; each that has is compared with the integer form on every accumulator
+/// How many of 24 random requantizations have this form; each that has is compared with the integer form on every accumulator
 /// that is not far beyond clamping, and on some that are.
 template <class Find>
 int count_exact_forms(Find find) {

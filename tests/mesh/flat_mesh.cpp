@@ -53,14 +53,14 @@ std::int64_t twice_area(const std::array<std::int64_t, 2>& a, const std::array<s
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// How many triangles hold the centre of a pixel. Centres are moved a little, by an amount that puts none on an edge between
+// How many triangles hold the center of a pixel. Centers are moved a little, by an amount that puts none on an edge between
 // lattice points less than 40 apart.
 constexpr std::int64_t fine = 1 << 20;
-std::size_t cover_of_centre(const std::vector<triangle>& triangles, std::int32_t x, std::int32_t y) {
-    const std::array<std::int64_t, 2> centre{x * fine + fine / 2 + 37, y * fine + fine / 2 + 1013};
+std::size_t cover_of_center(const std::vector<triangle>& triangles, std::int32_t x, std::int32_t y) {
+    const std::array<std::int64_t, 2> center{x * fine + fine / 2 + 37, y * fine + fine / 2 + 1013};
     std::size_t count = 0;
     for (const triangle& t : triangles)
-        count += twice_area(t[0], t[1], centre) < 0 && twice_area(t[1], t[2], centre) < 0 && twice_area(t[2], t[0], centre) < 0;
+        count += twice_area(t[0], t[1], center) < 0 && twice_area(t[1], t[2], center) < 0 && twice_area(t[2], t[0], center) < 0;
     return count;
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("No triangle is degenerate or inverted, and together they have the are
     }
 }
 
-TEST_CASE("With tolerance 0 every pixel's centre is covered once by its chart, and nothing else is") {
+TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, and nothing else is") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
         const charted_graph c = ldi_test::random_charts(seed, 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(0.0F));
@@ -124,12 +124,12 @@ TEST_CASE("With tolerance 0 every pixel's centre is covered once by its chart, a
             const std::vector<triangle> triangles = triangles_of(m, m.charts[k], fine);
             for (std::int32_t y = box.y - 1; y <= box.y + box.height; ++y)
                 for (std::int32_t x = box.x - 1; x <= box.x + box.width; ++x)
-                    REQUIRE(cover_of_centre(triangles, x, y) == pixels.count({x, y}));
+                    REQUIRE(cover_of_center(triangles, x, y) == pixels.count({x, y}));
         }
     }
 }
 
-TEST_CASE("With a tolerance no centre is covered twice, and those farther than it from the outline are covered as they should") {
+TEST_CASE("With a tolerance no center is covered twice, and those farther than it from the outline are covered as they should") {
     std::size_t far_from_outline = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         const charted_graph c = ldi_test::random_charts(seed, 24);
@@ -143,7 +143,7 @@ TEST_CASE("With a tolerance no centre is covered twice, and those farther than i
             const std::vector<triangle> triangles = triangles_of(m, m.charts[k], fine);
             for (std::int32_t y = box.y - 1; y <= box.y + box.height; ++y)
                 for (std::int32_t x = box.x - 1; x <= box.x + box.width; ++x) {
-                    const std::size_t cover = cover_of_centre(triangles, x, y);
+                    const std::size_t cover = cover_of_center(triangles, x, y);
                     REQUIRE(cover <= 1);
                     if (distance_to_outline(m, k, x + 0.5, y + 0.5) <= static_cast<double>(tolerance) + 0.01) continue;
                     ++far_from_outline;
@@ -154,7 +154,7 @@ TEST_CASE("With a tolerance no centre is covered twice, and those farther than i
     REQUIRE(far_from_outline > 1000);
 }
 
-TEST_CASE("Neighbouring charts have the same edges along their common boundary: no T-junctions, no cracks") {
+TEST_CASE("Neighboring charts have the same edges along their common boundary: no T-junctions, no cracks") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
         const charted_graph c = ldi_test::random_charts(seed, seed % 20 == 0 ? 40 : 12);

@@ -57,7 +57,7 @@ std::vector<std::int32_t> corners_along(const ldi::chart_outlines& outlines, std
 }
 
 bool is_boundary(const charted_graph& c, std::size_t i, ldi::side s) {
-    const std::int32_t n = c.topology.neighbours(s)[i];
+    const std::int32_t n = c.topology.neighbors(s)[i];
     return n == ldi::no_pixel || c.charts.chart_of[static_cast<std::size_t>(n)] != c.charts.chart_of[i];
 }
 

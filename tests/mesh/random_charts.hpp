@@ -4,7 +4,7 @@
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/validate.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -47,8 +47,8 @@ inline ldi::graph random_layers(std::mt19937& random, std::int32_t max_side) {
                     const auto& there = at[static_cast<std::size_t>(v * g.width + u)];
                     for (std::size_t i = 0; i < here.size(); ++i)
                         for (std::size_t j = 0; j < there.size(); ++j) {
-                            if (g.neighbour(here[i], s) != ldi::no_pixel) continue;
-                            if (g.neighbour(there[j], ldi::opposite(s)) != ldi::no_pixel) continue;
+                            if (g.neighbor(here[i], s) != ldi::no_pixel) continue;
+                            if (g.neighbor(there[j], ldi::opposite(s)) != ldi::no_pixel) continue;
                             if (pass == 0 ? i == j && below(100) < linked : below(100) < folded) g.link(here[i], s, there[j]);
                         }
                 }
@@ -76,7 +76,7 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
             result.chart_of[i] = index;
             chart.pixels.push_back(pixel);
             for (ldi::side s : ldi::all_sides)
-                if (g.neighbour(pixel, s) != ldi::no_pixel) front.push_back(g.neighbour(pixel, s));
+                if (g.neighbor(pixel, s) != ldi::no_pixel) front.push_back(g.neighbor(pixel, s));
         }
         std::sort(chart.pixels.begin(), chart.pixels.end());
         std::int32_t right = 0, bottom = 0;

@@ -1,4 +1,4 @@
-#include <ldi/io/farbrausch_file.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/networks/farbrausch.hpp>
 
 #include "tests/networks/reference_farbrausch.hpp"
@@ -98,7 +98,7 @@ golden_case read_case(const std::string& name) {
         const std::size_t p = static_cast<std::size_t>(order[i]);
         result.layers.column<known_column>()[i] = known[p];
         if (known[p] == 0) ++holes;
-        for (std::size_t c = 0; c < 3; ++c) result.layers.column<colour_column>()[3 * i + c] = image[c * shape[1] * shape[2] + p];
+        for (std::size_t c = 0; c < 3; ++c) result.layers.column<color_column>()[3 * i + c] = image[c * shape[1] * shape[2] + p];
     }
     result.output = tensor_values<float>(file, "output", {holes, 3});
     if (file.tensors.contains("fill")) {
@@ -108,7 +108,7 @@ golden_case read_case(const std::string& name) {
     return result;
 }
 
-/// Waves of colour and an edge, and two places where nothing is known.
+/// Waves of color and an edge, and two places where nothing is known.
 photo_layers smooth_picture() {
     photo_layers layers(make_grid(128, 96));
     for (std::size_t y = 0; y < 96; ++y)
@@ -116,7 +116,7 @@ photo_layers smooth_picture() {
             const std::size_t i = 128 * y + x;
             const double fx = static_cast<double>(x), fy = static_cast<double>(y), edge = 2 * x + y > 150 ? 70.0 : 0.0;
             for (std::size_t c = 0; c < 3; ++c)
-                layers.column<colour_column>()[3 * i + c] = static_cast<std::uint8_t>(
+                layers.column<color_column>()[3 * i + c] = static_cast<std::uint8_t>(
                     90.0 + edge + 30.0 * std::sin(fx / 23.0 + static_cast<double>(c)) + 20.0 * std::cos(fy / 7.0 - fx / 11.0));
             const bool is_hidden = (x > 40 && x < 62 && y > 20 && y < 80) || (x > 100 && y > 70);
             layers.column<known_column>()[i] = is_hidden ? 0 : 1;
@@ -131,7 +131,7 @@ std::vector<std::uint8_t> unknown_of(const photo_layers& layers) {
 }
 
 std::vector<float> run(const farbrausch& network, const photo_layers& layers) {
-    return network.colours(layers, unknown_of(layers), one_thread);
+    return network.colors(layers, unknown_of(layers), one_thread);
 }
 
 template <class A, class B>
@@ -143,7 +143,7 @@ double largest_difference(const A& a, const B& b) {
     return largest;
 }
 
-/// Of colours that are clamped to [0, 1], in dB.
+/// Of colors that are clamped to [0, 1], in dB.
 double peak_signal_to_noise(const std::vector<float>& a, const std::vector<float>& b) {
     REQUIRE(a.size() == b.size());
     double sum = 0.0;
@@ -153,15 +153,15 @@ double peak_signal_to_noise(const std::vector<float>& a, const std::vector<float
 }
 
 test::reference_result reference(const named_tensors& weights, const farbrausch_architecture& a, const photo_layers& layers) {
-    std::vector<double> colour;
-    for (const std::uint8_t c : layers.column<colour_column>()) colour.push_back(c / 255.0);
-    return test::reference_farbrausch(weights, a).run(layers.topology, colour, layers.column<known_column>());
+    std::vector<double> color;
+    for (const std::uint8_t c : layers.column<color_column>()) color.push_back(c / 255.0);
+    return test::reference_farbrausch(weights, a).run(layers.topology, color, layers.column<known_column>());
 }
 
 /// A random layered image, some of it unknown.
 photo_layers random_layers(std::mt19937& random, std::int32_t side) {
     photo_layers layers(testing::random_graph(random, side).topology);
-    for (std::uint8_t& c : layers.column<colour_column>()) c = static_cast<std::uint8_t>(testing::below(random, 256));
+    for (std::uint8_t& c : layers.column<color_column>()) c = static_cast<std::uint8_t>(testing::below(random, 256));
     const std::int32_t percent = testing::below(random, 101);
     for (std::uint8_t& k : layers.column<known_column>()) k = testing::chance(random, percent) ? 1 : 0;
     return layers;
@@ -209,12 +209,12 @@ TEST_CASE("two surfaces in one layered image are inpainted as each of them alone
     for (std::size_t i = 0; i < b.layers.size(); ++i) both.add_pixel(b.layers.topology.x[i], b.layers.topology.y[i]);
     for (const side s : all_sides)
         for (std::size_t i = 0; i < b.layers.size(); ++i)
-            if (const std::int32_t to = b.layers.topology.neighbours(s)[i]; to != no_pixel)
-                both.neighbours(s)[static_cast<std::size_t>(shift) + i] = shift + to;
+            if (const std::int32_t to = b.layers.topology.neighbors(s)[i]; to != no_pixel)
+                both.neighbors(s)[static_cast<std::size_t>(shift) + i] = shift + to;
     photo_layers layers(both);
-    std::copy(b.layers.column<colour_column>().begin(), b.layers.column<colour_column>().end(),
-              std::copy(a.layers.column<colour_column>().begin(), a.layers.column<colour_column>().end(),
-                        layers.column<colour_column>().begin()));
+    std::copy(b.layers.column<color_column>().begin(), b.layers.column<color_column>().end(),
+              std::copy(a.layers.column<color_column>().begin(), a.layers.column<color_column>().end(),
+                        layers.column<color_column>().begin()));
     std::copy(b.layers.column<known_column>().begin(), b.layers.column<known_column>().end(),
               std::copy(a.layers.column<known_column>().begin(), a.layers.column<known_column>().end(),
                         layers.column<known_column>().begin()));
@@ -256,7 +256,7 @@ TEST_CASE("what nobody asks for is not computed, and changes not a bit of the re
     std::mt19937 random(61);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_layers(random, 40);
-        const std::vector<float> all = network.colours(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+        const std::vector<float> all = network.colors(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
         REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
     }
 }
@@ -267,7 +267,7 @@ TEST_CASE("the number of threads changes nothing") {
     std::mt19937 random(62);
     for (int i = 0; i < 20; ++i) {
         const photo_layers layers = random_layers(random, 60);
-        REQUIRE(run(network, layers) == network.colours(layers, unknown_of(layers), threads));
+        REQUIRE(run(network, layers) == network.colors(layers, unknown_of(layers), threads));
     }
 }
 
@@ -276,16 +276,16 @@ TEST_CASE("an image is inpainted as a single layer, and what is known stays as i
     const golden_case whole = read_case("whole");
     const std::size_t h = static_cast<std::size_t>(whole.layers.topology.height),
                       w = static_cast<std::size_t>(whole.layers.topology.width);
-    image<std::uint8_t> colour = make_image<std::uint8_t>(h, w, 3), known = make_image<std::uint8_t>(h, w);
-    std::copy(whole.layers.column<colour_column>().begin(), whole.layers.column<colour_column>().end(), colour.begin());
+    image<std::uint8_t> color(h, w, 3), known = image<std::uint8_t>(h, w);
+    std::copy(whole.layers.column<color_column>().begin(), whole.layers.column<color_column>().end(), color.begin());
     std::copy(whole.layers.column<known_column>().begin(), whole.layers.column<known_column>().end(), known.begin());
-    const image<std::uint8_t> result = network.inpaint(colour, known, one_thread);
+    const image<std::uint8_t> result = network.inpaint(color, known, one_thread);
     std::size_t next = 0;
     for (std::size_t i = 0; i < h * w; ++i)
         for (std::size_t c = 0; c < 3; ++c) {
             const std::uint8_t value = result.data()[3 * i + c];
             if (known.data()[i] != 0) {
-                REQUIRE(value == colour.data()[3 * i + c]);
+                REQUIRE(value == color.data()[3 * i + c]);
             } else {
                 const float expected = 255.0F * std::clamp(whole.output[next++], 0.0F, 1.0F);
                 REQUIRE(std::abs(static_cast<float>(value) - expected) < 0.6F);
@@ -297,10 +297,10 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     const farbrausch network(hashed_weights(small), small);
     photo_layers layers(make_grid(9, 7));
     std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{1});
-    for (std::uint8_t& c : layers.column<colour_column>()) c = 77;
+    for (std::uint8_t& c : layers.column<color_column>()) c = 77;
     network.inpaint(layers, one_thread);
     CHECK(
-        std::all_of(layers.column<colour_column>().begin(), layers.column<colour_column>().end(), [](int c) { return c == 77; }));
+        std::all_of(layers.column<color_column>().begin(), layers.column<color_column>().end(), [](int c) { return c == 77; }));
 
     photo_layers none;
     network.inpaint(none, one_thread);
@@ -310,7 +310,7 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     CHECK(largest_difference(run(network, layers), expected.output) < 1e-4);
 }
 
-TEST_CASE("with bfloat16 numbers the shipped network's colours are 60 dB from those with float32, with bytes 45") {
+TEST_CASE("with bfloat16 numbers the shipped network's colors are 60 dB from those with float32, with bytes 45") {
     const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
     const photo_layers layers = smooth_picture();
     const std::vector<float> exact = run(load_farbrausch(weights), layers);
@@ -335,7 +335,7 @@ TEST_CASE("in every arithmetic, what nobody asks for is not computed, and change
     for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
-            const std::vector<float> all = network.colours(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+            const std::vector<float> all = network.colors(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
             REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
         }
 }
@@ -379,10 +379,10 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
     observer watcher;
     watcher.user = &s;
     watcher.on_progress = [](void* user, std::string_view stage, float fraction) {
-        CHECK(stage == "colour inpainting");
+        CHECK(stage == "color inpainting");
         static_cast<state*>(user)->fractions.push_back(fraction);
     };
-    watcher.is_cancelled = [](void* user) {
+    watcher.is_canceled = [](void* user) {
         const state& now = *static_cast<state*>(user);
         return now.fractions.size() >= now.stop_after;
     };

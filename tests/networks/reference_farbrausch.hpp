@@ -5,7 +5,7 @@
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/networks/farbrausch.hpp>
-#include <ldi/nn/weights.hpp>
+#include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace ldi::test {
 
-/// What the network makes of colours: K x 3 each, 0 to 1.
+/// What the network makes of colors: K x 3 each, 0 to 1.
 struct reference_result {
     std::vector<double> fill, tone, output;
 };
@@ -28,8 +28,8 @@ public:
     reference_farbrausch(const named_tensors& weights, farbrausch_architecture architecture)
         : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
 
-    /// colour  K x 3; known  K of 0 or 1
-    reference_result run(const graph& finest, const std::vector<double>& colour, const std::vector<std::uint8_t>& known) {
+    /// color  K x 3; known  K of 0 or 1
+    reference_result run(const graph& finest, const std::vector<double>& color, const std::vector<std::uint8_t>& known) {
         graphs_ = {finest};
         kept_.clear(), above_.clear();
         for (std::size_t i = 0; i < levels_; ++i) {
@@ -38,16 +38,16 @@ public:
             above_.push_back(corners(graphs_.back(), next.kept));
             graphs_.push_back(next.topology);
         }
-        colours_.assign(levels_ + 1, {});
+        colors_.assign(levels_ + 1, {});
         for (std::size_t p = 0; p < finest.size(); ++p)
-            colours_[0].push_back(known[p] != 0 ? pixel{colour[3 * p], colour[3 * p + 1], colour[3 * p + 2], 1.0} : pixel{});
+            colors_[0].push_back(known[p] != 0 ? pixel{color[3 * p], color[3 * p + 1], color[3 * p + 2], 1.0} : pixel{});
         for (std::size_t i = 0; i < levels_; ++i)
-            for (const std::int32_t p : kept_[i]) colours_[i + 1].push_back(average(graphs_[i], colours_[i], p));
-        std::vector<pixel> fill = colours_[levels_];
+            for (const std::int32_t p : kept_[i]) colors_[i + 1].push_back(average(graphs_[i], colors_[i], p));
+        std::vector<pixel> fill = colors_[levels_];
         spread(fill, levels_, architecture_.growth);
         std::vector<pixel> tone = fill;
         for (std::size_t i = levels_; i-- > 0;) {
-            std::vector<pixel> finer_fill = colours_[i], finer_tone = colours_[i];
+            std::vector<pixel> finer_fill = colors_[i], finer_tone = colors_[i];
             for (std::size_t p = 0; p < graphs_[i].size(); ++p) {
                 const std::int32_t from = above_[i][p];
                 if (from == no_pixel) continue;
@@ -60,7 +60,7 @@ public:
             for (std::size_t p = 0; p < tone.size(); ++p) tone[p] = average(graphs_[i], finer_tone, static_cast<std::int32_t>(p));
         }
         pixel mean{};
-        for (const pixel& c : colours_[0])
+        for (const pixel& c : colors_[0])
             for (std::size_t k = 0; k < 4; ++k) mean[k] += c[k];
         for (std::size_t k = 0; k < 3; ++k) mean[k] /= std::max(mean[3], 1.0);
 
@@ -103,7 +103,7 @@ public:
     }
 
 private:
-    using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a colour
+    using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a color
 
     /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
     static std::vector<std::int32_t> corners(const graph& g, const std::vector<std::int32_t>& kept) {
@@ -115,7 +115,7 @@ private:
                 const std::size_t at = static_cast<std::size_t>(seen[next]);
                 if (g.x[at] % 2 == 0 && g.y[at] % 2 == 0) result[p] = coarse[at];
                 for (const side s : all_sides) {
-                    const std::int32_t to = g.neighbours(s)[at];
+                    const std::int32_t to = g.neighbors(s)[at];
                     if (to == no_pixel) continue;
                     const std::size_t t = static_cast<std::size_t>(to);
                     if (g.x[t] / 2 == g.x[p] / 2 && g.y[t] / 2 == g.y[p] / 2 &&
@@ -141,7 +141,7 @@ private:
         for (int pass = 0; pass < passes; ++pass) {
             const std::vector<pixel> before = values;
             for (std::size_t p = 0; p < values.size(); ++p)
-                values[p] = colours_[level][p][3] != 0.0 ? colours_[level][p]
+                values[p] = colors_[level][p][3] != 0.0 ? colors_[level][p]
                                                          : average(graphs_[level], before, static_cast<std::int32_t>(p));
         }
     }
@@ -180,7 +180,7 @@ private:
     std::size_t levels_;
     std::vector<graph> graphs_;
     std::vector<std::vector<std::int32_t>> kept_, above_;
-    std::vector<std::vector<pixel>> colours_;
+    std::vector<std::vector<pixel>> colors_;
 };
 
 }  // namespace ldi::test

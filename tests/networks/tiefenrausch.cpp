@@ -1,4 +1,4 @@
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/formats/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>
 #include <tests/support/npy.hpp>
@@ -46,7 +46,7 @@ template <class Scalar>
 image<Scalar> read_image(const std::string& path) {
     const ldi_test::npy_array<Scalar> array = ldi_test::read_npy<Scalar>(path);
     REQUIRE(array.shape.size() >= 2);
-    image<Scalar> result = ldi::make_image<Scalar>(array.shape[0], array.shape[1], array.shape.size() > 2 ? array.shape[2] : 1);
+    ldi::image<Scalar> result(array.shape[0], array.shape[1], array.shape.size() > 2 ? array.shape[2] : 1);
     REQUIRE(result.size() == array.values.size());
     std::copy(array.values.begin(), array.values.end(), result.data());
     return result;
@@ -54,14 +54,14 @@ image<Scalar> read_image(const std::string& path) {
 
 template <class Scalar>
 std::size_t differences(const image<Scalar>& a, const image<Scalar>& b) {
-    REQUIRE(a.shape() == b.shape());
+    REQUIRE(same_shape(a, b));
     std::size_t count = 0;
     for (std::size_t i = 0; i < a.size(); ++i) count += a.data()[i] != b.data()[i];
     return count;
 }
 
 image<std::uint8_t> gradient(std::size_t height, std::size_t width) {
-    image<std::uint8_t> result = ldi::make_image<std::uint8_t>(height, width, 3);
+    ldi::image<std::uint8_t> result(height, width, 3);
     for (std::size_t i = 0; i < result.size(); ++i) result.data()[i] = static_cast<std::uint8_t>(i * 37 / 3 + i / 50);
     return result;
 }
@@ -119,7 +119,7 @@ TEST_CASE("on a 64 x 64 crop every layer equals the exact implementation's, with
     if (network == nullptr) return;
     const std::string layers = folder + "golden/layers_64x64/";
     const image<std::uint8_t> rgb = read_image<std::uint8_t>(layers + "input_rgb.npy");
-    CHECK(differences(network->quantized_colour(rgb), read_image<std::uint8_t>(layers + "0_int8.npy")) == 0);
+    CHECK(differences(network->quantized_color(rgb), read_image<std::uint8_t>(layers + "0_int8.npy")) == 0);
     for (std::size_t count : {1U, 2U, 5U}) {
         ldi::thread_pool threads(count);
         std::size_t compared = 0;
@@ -168,7 +168,7 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
     const image<std::uint8_t> logarithm = network.levels(ldi::tiefenrausch::resize_for_network(photo, serial), serial);
     const image<float> disparity = network.disparity(photo, serial);
     REQUIRE(disparity.size() == logarithm.size());
-    CHECK(ldi::channels(disparity) == 1);
+    CHECK(disparity.channels() == 1);
     const ldi::quantization q = network.level_quantization();
     CHECK(static_cast<double>(network.quantization_step()) == Approx(std::exp(static_cast<double>(q.scale))).epsilon(1e-6));
     std::size_t broken = 0;
@@ -183,7 +183,7 @@ TEST_CASE("a network of disparity itself gives its levels times their step, and 
     const ldi_test::caffe2_files files = ldi_test::small_network();
     const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights), ldi::isa::scalar,
                                     ldi::network_output::disparity);
-    image<std::uint8_t> levels = ldi::make_image<std::uint8_t>(1, 256, 1);
+    ldi::image<std::uint8_t> levels(1, 256, 1);
     for (std::size_t i = 0; i < 256; ++i) levels.data()[i] = static_cast<std::uint8_t>(i);
     const image<float> disparity = network.disparity_of(levels);
     const ldi::quantization q = network.level_quantization();
@@ -201,7 +201,7 @@ TEST_CASE("photos of a single pixel, a single row and a single column work") {
         const image<std::uint8_t> photo = gradient(height, width);
         const image<float> disparity = network.disparity(photo, serial);
         const ldi::tensor_size size = ldi::tiefenrausch::network_size({height, width});
-        CHECK((ldi::height(disparity) == size.height && ldi::width(disparity) == size.width));
+        CHECK((disparity.height() == size.height && disparity.width() == size.width));
         bool is_sound = true;
         for (float value : disparity) is_sound = is_sound && value > 0 && std::isfinite(value);
         CHECK(is_sound);
@@ -211,18 +211,18 @@ TEST_CASE("photos of a single pixel, a single row and a single column work") {
     for (std::size_t c = 0; c < 3; ++c) CHECK(filled(383, 383, c) == gradient(1, 1)(0, 0, c));
 }
 
-TEST_CASE("images that are no colour photo, or of a size that the network cannot take, are errors") {
+TEST_CASE("images that are no color photo, or of a size that the network cannot take, are errors") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
-    const auto empty = ldi::make_image<std::uint8_t>(0, 5, 3);
+    const auto empty = ldi::image<std::uint8_t>(0, 5, 3);
     CHECK_THROWS_AS(network.disparity(empty, serial), ldi::error);
-    CHECK_THROWS_AS(network.disparity(ldi::make_image<std::uint8_t>(5, 5, 4, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.disparity(ldi::image<std::uint8_t>(5, 5, 4, 0), serial), ldi::error);
     CHECK_THROWS_AS(network.levels(empty, serial), ldi::error);
-    CHECK_THROWS_AS(network.levels(ldi::make_image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
-    CHECK_THROWS_AS(network.levels(ldi::make_image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
 }
 
-TEST_CASE("networks that do not turn a colour image into one channel of its size are errors") {
+TEST_CASE("networks that do not turn a color image into one channel of its size are errors") {
     const ldi_test::caffe2_files files = ldi_test::small_network();
     const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
     ldi::network_description wide = sound, half = sound, steep = sound;
@@ -246,7 +246,7 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
     follow.on_progress = [](void* user, std::string_view, float fraction) {
         static_cast<record*>(user)->fractions.push_back(fraction);
     };
-    follow.is_cancelled = [](void* user) { return static_cast<record*>(user)->stop; };
+    follow.is_canceled = [](void* user) { return static_cast<record*>(user)->stop; };
     network.disparity(gradient(40, 40), serial, follow);
     CHECK(seen.fractions.size() >= 2);
     CHECK(std::is_sorted(seen.fractions.begin(), seen.fractions.end()));

@@ -1,4 +1,4 @@
-#include <ldi/layers/diffusion_inpainter.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "examples/scenes/scene.hpp"
@@ -30,7 +30,7 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
     options.normalize.assumed_range = c.scene.range;
     options.normalize.clipped_share = 0.0F;
     options.focal_length_35mm = c.scene.camera.focal_length / ldi::focal_length_from_35mm(1.0F, width, height);
-    c.result = ldi::make_photo3d(picture.colour, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
+    c.result = ldi::make_photo3d(picture.color, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
     return c;
 }
 
@@ -38,10 +38,10 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
 // pixels.
 double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
     const ldi::view from = ldi::moved_view(photo.camera, photo.range, 1.0F, shift_right, shift_down);
-    const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.colour, from);
+    const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, from);
     std::size_t holes = 0, pixels = 0;
-    for (std::size_t y = margin; y + margin < ldi::height(seen.coverage); ++y)
-        for (std::size_t x = margin; x + margin < ldi::width(seen.coverage); ++x) {
+    for (std::size_t y = margin; y + margin < seen.coverage.height(); ++y)
+        for (std::size_t x = margin; x + margin < seen.coverage.width(); ++x) {
             ++pixels;
             holes += seen.coverage(y, x, 0) == 0 ? 1U : 0U;
         }
@@ -51,8 +51,8 @@ double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift
 double psnr(const ldi::image<std::uint8_t>& a, const ldi::image<std::uint8_t>& b, std::size_t margin) {
     double error = 0.0;
     std::size_t count = 0;
-    for (std::size_t y = margin; y + margin < ldi::height(a); ++y)
-        for (std::size_t x = margin; x + margin < ldi::width(a); ++x)
+    for (std::size_t y = margin; y + margin < a.height(); ++y)
+        for (std::size_t x = margin; x + margin < a.width(); ++x)
             for (std::size_t c = 0; c < 3; ++c, ++count) {
                 const double difference = static_cast<double>(a(y, x, c)) - static_cast<double>(b(y, x, c));
                 error += difference * difference;
@@ -75,9 +75,9 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
     for (const char* name : {"t_junction", "rods", "random3"}) {
         const converted c = convert(name, 240, 320);
         const ldi::rendering seen =
-            ldi::rasterize(c.result.mesh, c.result.atlas.colour, ldi::moved_view(c.result.camera, c.result.range, 1.0F, 0.0F));
+            ldi::rasterize(c.result.mesh, c.result.atlas.color, ldi::moved_view(c.result.camera, c.result.range, 1.0F, 0.0F));
         INFO(name);
-        CHECK(psnr(seen.colour, c.result.photo, 2) > 28.0);
+        CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
         // Simplified silhouettes cut corners; behind curves too short to grow from, nothing fills them.
         CHECK(uncovered_share(c.result, 0.0F, 0.0F, 2) < 0.0002);
     }
@@ -86,12 +86,12 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
 TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") {
     const converted c = convert("t_junction", 240, 320);
     const ldi::view from = ldi::moved_view(c.result.camera, c.result.range, 1.0F, 12.0F);
-    const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.colour, from);
+    const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color, from);
     const ldi::scenes::picture truth = ldi::scenes::render(c.scene, from, ldi::scenes::picture_options{2, 0.7});
-    CHECK(psnr(seen.colour, truth.colour, 14) > 22.0);
+    CHECK(psnr(seen.color, truth.color, 14) > 22.0);
 }
 
-TEST_CASE("every stage leaves a sound layered image, and no pixel without colour") {
+TEST_CASE("every stage leaves a sound layered image, and no pixel without color") {
     for (const char* name : {"rods", "random1", "random2", "random5"}) {
         ldi::photo3d_options options;
         options.grain.strength = 0.0F;  // it may make a dark pixel black
@@ -103,8 +103,8 @@ TEST_CASE("every stage leaves a sound layered image, and no pixel without colour
         CHECK(c.result.mesh.triangle_count() > 0);
         // What is unknown was filled from its surroundings: nothing is as black as an unset pixel.
         for (std::size_t i = 0; i < g.size(); ++i) {
-            const auto colour = c.result.layers.at<ldi::colour_column>(static_cast<std::int32_t>(i));
-            REQUIRE(colour[0] + colour[1] + colour[2] > 0);
+            const auto color = c.result.layers.at<ldi::color_column>(static_cast<std::int32_t>(i));
+            REQUIRE(color[0] + color[1] + color[2] > 0);
         }
     }
 }
@@ -113,7 +113,7 @@ TEST_CASE("grain is laid over what was inpainted, and changes nothing else") {
     const ldi::scenes::scene scene = ldi::scenes::scene_by_name("random4", 150, 200);
     ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
     std::mt19937 random(4);
-    for (std::uint8_t& value : picture.colour)
+    for (std::uint8_t& value : picture.color)
         value = static_cast<std::uint8_t>(std::clamp<int>(value + static_cast<int>(random() % 21) - 10, 0, 255));
     ldi::image<float> disparity = picture.disparity;
     for (float& value : disparity) value = std::clamp(value, 0.0F, 1.0F);
@@ -121,13 +121,13 @@ TEST_CASE("grain is laid over what was inpainted, and changes nothing else") {
         ldi::photo3d_options options;
         options.normalize.is_inverse_depth = false;
         options.grain.strength = strength;
-        return ldi::make_photo3d(picture.colour, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
+        return ldi::make_photo3d(picture.color, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
     };
     const ldi::photo3d without = made(0.0F), with = made(1.0F);
     CHECK((with.mesh.positions == without.mesh.positions));
     std::size_t changed = 0;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(with.layers.size()); ++i) {
-        const bool differs = with.layers.at<ldi::colour_column>(i)[0] != without.layers.at<ldi::colour_column>(i)[0];
+        const bool differs = with.layers.at<ldi::color_column>(i)[0] != without.layers.at<ldi::color_column>(i)[0];
         if (with.layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] != 0) REQUIRE_FALSE(differs);
         changed += differs ? 1 : 0;
     }
@@ -142,19 +142,19 @@ TEST_CASE("threads do not change the result") {
     ldi::image<float> disparity = picture.disparity;
     for (float& value : disparity) value = std::clamp(value, 0.0F, 1.0F);
     const ldi::given_disparity estimator{disparity};
-    const ldi::photo3d serial = ldi::make_photo3d(picture.colour, estimator, ldi::diffusion_inpainter{}, options);
+    const ldi::photo3d serial = ldi::make_photo3d(picture.color, estimator, ldi::diffusion_inpainter{}, options);
     for (std::size_t count : {2U, 5U}) {
         ldi::thread_pool threads(count);
-        const ldi::photo3d parallel = ldi::make_photo3d(picture.colour, estimator, ldi::diffusion_inpainter{}, options, threads);
+        const ldi::photo3d parallel = ldi::make_photo3d(picture.color, estimator, ldi::diffusion_inpainter{}, options, threads);
         CHECK((parallel.mesh.positions == serial.mesh.positions));
         CHECK((parallel.mesh.triangles == serial.mesh.triangles));
-        CHECK((parallel.atlas.colour == serial.atlas.colour));
+        CHECK((parallel.atlas.color == serial.atlas.color));
     }
 }
 
 TEST_CASE("options that make no sense are refused") {
-    const auto photo = ldi::make_image<std::uint8_t>(4, 6, 3, std::uint8_t{90});
-    const ldi::given_disparity estimator{ldi::make_image<float>(2, 3, 1, 0.5F)};
+    const auto photo = ldi::image<std::uint8_t>(4, 6, 3, std::uint8_t{90});
+    const ldi::given_disparity estimator{ldi::image<float>(2, 3, 1, 0.5F)};
     const auto is_refused = [&](auto&& change) {
         ldi::photo3d_options options;
         change(options);
@@ -169,7 +169,7 @@ TEST_CASE("options that make no sense are refused") {
     CHECK(is_refused([](ldi::photo3d_options& o) { o.long_side = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.focal_length_35mm = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.normalize.largest_step = 0.0F; }));
-    CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.colour_sigma = 0.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.color_sigma = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.median.sigma = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.iterations = -1; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.grain.strength = -1.0F; }));
@@ -180,8 +180,8 @@ TEST_CASE("options that make no sense are refused") {
 
 TEST_CASE("the smallest photos become 3D photos") {
     for (const auto& [rows, columns] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 7}, {9, 1}, {2, 2}, {3, 50}}) {
-        const auto photo = ldi::make_image<std::uint8_t>(rows, columns, 3, std::uint8_t{90});
-        const ldi::given_disparity estimator{ldi::make_image<float>(rows, columns, 1, 0.5F)};
+        const auto photo = ldi::image<std::uint8_t>(rows, columns, 3, std::uint8_t{90});
+        const ldi::given_disparity estimator{ldi::image<float>(rows, columns, 1, 0.5F)};
         const ldi::photo3d result = ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{});
         INFO(rows << " x " << columns);
         CHECK(result.mesh.triangle_count() >= 2);

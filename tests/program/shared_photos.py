@@ -23,7 +23,7 @@ def conversions():
         for pair in json.load(manifest):
             arguments = [os.path.join(folder, pair["image"]), "--depth", os.path.join(folder, pair["map"])]
             arguments += ["--depth-zero-is-unknown", "--depth-scale", str(1 / pair["scale"])]
-            yield pair["name"], arguments + (["--depth-kind", "metres"] if pair["kind"] == "depth" else [])
+            yield pair["name"], arguments + (["--depth-kind", "meters"] if pair["kind"] == "depth" else [])
 
 
 def main():

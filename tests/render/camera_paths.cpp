@@ -137,7 +137,7 @@ TEST_CASE("options out of bounds are told") {
         } catch (const error& e) {
             return e.code();
         }
-        return error_code::cancelled;
+        return error_code::canceled;
     };
     path_options options;
     options.approach = 1;

@@ -1,6 +1,6 @@
 #include <ldi/render/micro_polygons.hpp>
 
-#include <ldi/layers/lift.hpp>
+#include <ldi/occlusion/lift.hpp>
 #include <tests/support/lifted_scene.hpp>
 #include <tests/support/scene_view.hpp>
 
@@ -15,16 +15,16 @@ using test::own_view, test::range;
 
 namespace {
 
-void colour_at_random(photo_layers& layers, std::mt19937& random) {
-    for (std::uint8_t& value : layers.column<colour_column>()) value = static_cast<std::uint8_t>(random());
+void color_at_random(photo_layers& layers, std::mt19937& random) {
+    for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
 }
 
 /// A plane at disparity 1 left of column `edge`, one at 0 right of it.
 photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float threshold) {
-    image<float> disparity = make_image<float>(rows, columns);
+    image<float> disparity(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
-    return lift(make_image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, lift_options{threshold});
+    return lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, lift_options{threshold});
 }
 
 std::size_t uncovered(const rendering& picture) {
@@ -39,11 +39,11 @@ TEST_CASE("drawn from where it was taken, a layered image shows its first layer 
         const std::size_t rows = 8 + random() % 30, columns = 8 + random() % 30;
         const image<float> disparity = test::random_disparity(random, rows, columns);
         photo_layers layers = test::lift_disparity(disparity);
-        colour_at_random(layers, random);
+        color_at_random(layers, random);
         const view v = own_view(layers.topology);
         const rendering picture = render_layers(layers, v, range, v);
         REQUIRE(uncovered(picture) == 0);
-        REQUIRE(std::equal(picture.colour.begin(), picture.colour.end(), layers.column<colour_column>().begin()));
+        REQUIRE(std::equal(picture.color.begin(), picture.color.end(), layers.column<color_column>().begin()));
         for (std::size_t i = 0; i < disparity.size(); ++i)
             REQUIRE(picture.depth.data()[i] == Approx(range.depth(disparity.data()[i])).epsilon(1e-5));
     }
@@ -58,30 +58,30 @@ TEST_CASE("what is linked leaves no hole, what is not tears open by the differen
     CHECK(uncovered(render_layers(linked, v, range, moved)) == 20 * 2);
 }
 
-TEST_CASE("colours run smoothly over links, and not at all where there is none") {
+TEST_CASE("colors run smoothly over links, and not at all where there is none") {
     photo_layers layers = step(1, 2, 2, 0.05F);
-    layers.column<colour_column>() = {0, 0, 0, 200, 200, 200};
+    layers.column<color_column>() = {0, 0, 0, 200, 200, 200};
     const view v = own_view(layers.topology);
     view close = v;
     close.camera = {64, 32, 32 * v.camera.focal_length};
     const rendering smooth = render_layers(layers, v, range, close);
     for (std::size_t x = 0; x < 64; ++x) {
         const float expected = std::clamp((static_cast<float>(x) + 0.5F) / 32 - 0.5F, 0.0F, 1.0F) * 200;
-        CHECK(std::abs(static_cast<float>(smooth.colour(16, x, 0)) - expected) <= 1);
+        CHECK(std::abs(static_cast<float>(smooth.color(16, x, 0)) - expected) <= 1);
     }
     layers.topology.unlink(0, side::right);
     const rendering torn = render_layers(layers, v, range, close);
-    for (std::size_t x = 0; x < 64; ++x) CHECK(torn.colour(16, x, 0) == (x < 32 ? 0 : 200));
+    for (std::size_t x = 0; x < 64; ++x) CHECK(torn.color(16, x, 0) == (x < 32 ? 0 : 200));
     photo_layers unknown = step(1, 2, 2, 0.05F);
-    unknown.column<colour_column>() = {0, 0, 0, 200, 200, 200};
+    unknown.column<color_column>() = {0, 0, 0, 200, 200, 200};
     unknown.column<known_column>() = {1, 0};
-    CHECK((render_layers(unknown, v, range, close).colour == torn.colour));
+    CHECK((render_layers(unknown, v, range, close).color == torn.color));
 }
 
 TEST_CASE("threads do not change the picture") {
     std::mt19937 random(8);
     photo_layers layers = test::lift_disparity(test::random_disparity(random, 60, 50));
-    colour_at_random(layers, random);
+    color_at_random(layers, random);
     const view v = own_view(layers.topology);
     raster_options options;
     options.samples = 2;
@@ -89,7 +89,7 @@ TEST_CASE("threads do not change the picture") {
     const view moved = moved_view(v.camera, range, 1, 5, 3);
     const rendering one = render_layers(layers, v, range, moved, options);
     const rendering many = render_layers(layers, v, range, moved, options, threads);
-    CHECK((one.colour == many.colour));
+    CHECK((one.color == many.color));
     CHECK((one.depth == many.depth));
     CHECK((one.coverage == many.coverage));
 }
@@ -109,7 +109,7 @@ TEST_CASE("pixels too near or too far aside are left out, and bad input is told"
         } catch (const error& e) {
             return e.code();
         }
-        return error_code::cancelled;
+        return error_code::canceled;
     };
     view other = v;
     other.camera.width = 7;

@@ -31,7 +31,7 @@ view random_view(const view& from, std::mt19937& random) {
 
 photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t columns) {
     photo_layers layers = test::lift_disparity(test::random_disparity(random, rows, columns));
-    for (std::uint8_t& value : layers.column<colour_column>()) value = static_cast<std::uint8_t>(random());
+    for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
     return layers;
 }
 
@@ -48,12 +48,12 @@ TEST_CASE("peeled from where it was taken, a layered image of any topology stays
         const testing::random_layers canonical = testing::in_canonical_order(any);
         photo_layers layers(canonical.topology);
         layers.column<disparity_column>() = canonical.disparity;
-        for (std::uint8_t& value : layers.column<colour_column>()) value = static_cast<std::uint8_t>(random());
+        for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
         for (std::uint8_t& value : layers.column<known_column>()) value = random() % 4 != 0 ? 1 : 0;
         const view v = own_view(layers.topology);
         const peeled_layers peeled = peel(layers, v, range, v);
         REQUIRE(testing::same_graph(peeled.layers.topology, layers.topology));
-        REQUIRE(peeled.layers.column<colour_column>() == layers.column<colour_column>());
+        REQUIRE(peeled.layers.column<color_column>() == layers.column<color_column>());
         REQUIRE(peeled.layers.column<known_column>() == layers.column<known_column>());
         for (std::size_t i = 0; i < layers.size(); ++i)
             REQUIRE(peeled.layers.column<disparity_column>()[i] == Approx(canonical.disparity[i]).margin(1e-5));
@@ -86,8 +86,8 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
             if (front[p] == no_pixel) continue;
             REQUIRE(peeled.range.depth(disparity[static_cast<std::size_t>(front[p])]) ==
                     Approx(seen.depth.data()[p]).epsilon(1e-4));
-            const auto colour = peeled.layers.at<colour_column>(front[p]);
-            for (std::size_t c = 0; c < 3; ++c) differing += colour[c] != seen.colour.data()[3 * p + c] ? 1U : 0U;
+            const auto color = peeled.layers.at<color_column>(front[p]);
+            for (std::size_t c = 0; c < 3; ++c) differing += color[c] != seen.color.data()[3 * p + c] ? 1U : 0U;
         }
         // Only where two surfaces are equally near, to rounding, may another one be in front.
         REQUIRE(differing <= front.size() / 100);
@@ -95,7 +95,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
 }
 
 TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
-    const photo_layers layers = test::lift_disparity(make_image<float>(24, 30, 1, 0.4F));
+    const photo_layers layers = test::lift_disparity(image<float>(24, 30, 1, 0.4F));
     const view v = own_view(layers.topology);
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
         const peeled_layers peeled = peel(layers, v, range, moved_view(v.camera, range, 0.4F, shift));
@@ -116,7 +116,7 @@ TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
 }
 
 TEST_CASE("a near strip lies before the plane behind it, and neither is linked to the other") {
-    photo_layers layers = test::lift_disparity(make_image<float>(16, 40, 1, 0.0F));
+    photo_layers layers = test::lift_disparity(image<float>(16, 40, 1, 0.0F));
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
     for (std::int32_t y = 0; y < 16; ++y)
@@ -141,7 +141,7 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
 
 TEST_CASE("a slope that folds back is linked on either side of the fold only, and is gone where backs are left out") {
     // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
-    photo_layers layers = test::lift_disparity(make_image<float>(6, 40, 1, 0.0F));
+    photo_layers layers = test::lift_disparity(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology.x[i] - 10) * 0.1F, 0.0F, 1.0F);
     const view v = own_view(layers.topology);
@@ -163,6 +163,6 @@ TEST_CASE("threads do not change what is peeled") {
     thread_pool threads(3);
     const peeled_layers one = peel(layers, v, range, from), many = peel(layers, v, range, from, {}, threads);
     CHECK(testing::same_graph(one.layers.topology, many.layers.topology));
-    CHECK(one.layers.column<colour_column>() == many.layers.column<colour_column>());
+    CHECK(one.layers.column<color_column>() == many.layers.column<color_column>());
     CHECK(one.layers.column<disparity_column>() == many.layers.column<disparity_column>());
 }

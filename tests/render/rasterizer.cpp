@@ -27,7 +27,7 @@ view view_of(std::int32_t width, std::int32_t height) {
     return v;
 }
 
-image<std::uint8_t> flat_texture(std::uint8_t value) { return make_image<std::uint8_t>(2, 2, 3, value); }
+image<std::uint8_t> flat_texture(std::uint8_t value) { return image<std::uint8_t>(2, 2, 3, value); }
 
 std::uint32_t add_vertex(textured_mesh& mesh, const std::array<float, 3>& p, float u = 0, float v = 0) {
     mesh.positions.insert(mesh.positions.end(), p.begin(), p.end());
@@ -48,11 +48,11 @@ void add_rectangle(textured_mesh& mesh, const pinhole_camera& camera, float x0, 
 /// silhouettes.
 textured_mesh height_field(const image<float>& depth, const pinhole_camera& camera) {
     textured_mesh mesh;
-    const std::uint32_t w = static_cast<std::uint32_t>(width(depth)), h = static_cast<std::uint32_t>(height(depth));
+    const std::uint32_t w = static_cast<std::uint32_t>(depth.width()), h = static_cast<std::uint32_t>(depth.height());
     for (std::uint32_t y = 0; y < h; ++y)
         for (std::uint32_t x = 0; x < w; ++x) {
             const float px = static_cast<float>(x) + 0.5F, py = static_cast<float>(y) + 0.5F;
-            add_vertex(mesh, camera.unproject(px, py, row(depth, y)[x]), px / static_cast<float>(w), py / static_cast<float>(h));
+            add_vertex(mesh, camera.unproject(px, py, depth.row(y)[x]), px / static_cast<float>(w), py / static_cast<float>(h));
         }
     for (std::uint32_t y = 0; y + 1 < h; ++y)
         for (std::uint32_t x = 0; x + 1 < w; ++x) {
@@ -83,11 +83,11 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
         };
         const std::int64_t end = side * one;
         add_side(0, 0, end, 0), add_side(end, 0, end, end), add_side(end, end, 0, end), add_side(0, end, 0, 0);
-        detail::screen_vertex centre;
-        centre.x = snap(random.integer(1, end - 1)), centre.y = snap(random.integer(1, end - 1));
+        detail::screen_vertex center;
+        center.x = snap(random.integer(1, end - 1)), center.y = snap(random.integer(1, end - 1));
         std::vector<int> count(static_cast<std::size_t>(side * side), 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
-            const detail::screen_triangle t{centre, ring[i], ring[(i + 1) % ring.size()]};
+            const detail::screen_triangle t{center, ring[i], ring[(i + 1) % ring.size()]};
             REQUIRE(detail::signed_area(t) >= 0);
             if (detail::signed_area(t) == 0) continue;
             detail::for_each_span(t, side, 0, side, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
@@ -149,7 +149,7 @@ TEST_CASE("a mesh of random triangles that covers the frame leaves no hole, what
         v.position = {static_cast<float>(random.between(-0.5, 0.5)), static_cast<float>(random.between(-0.5, 0.5)), 0};
         const rendering result = rasterize(mesh, flat_texture(200), v);
         for (const std::uint8_t c : result.coverage) REQUIRE(c == 255);
-        for (const std::uint8_t c : result.colour) REQUIRE(c == 200);
+        for (const std::uint8_t c : result.color) REQUIRE(c == 200);
     }
 }
 
@@ -244,7 +244,7 @@ TEST_CASE("texture and depth of a slanted rectangle are those of the plane that 
         }
         mesh.triangles = {0, 1, 2, 0, 2, 3};
         // Red is 255 u, green 255 v, between the middles of the outermost texels.
-        image<std::uint8_t> texture = make_image<std::uint8_t>(256, 256, 3, std::uint8_t{0});
+        image<std::uint8_t> texture(256, 256, 3, std::uint8_t{0});
         for (std::size_t y = 0; y < 256; ++y)
             for (std::size_t x = 0; x < 256; ++x)
                 texture(y, x, 0) = static_cast<std::uint8_t>(x), texture(y, x, 1) = static_cast<std::uint8_t>(y);
@@ -257,11 +257,11 @@ TEST_CASE("texture and depth of a slanted rectangle are those of the plane that 
                 if (c.count == 0 || result.coverage(y, x, 0) == 0) continue;
                 ++seen;
                 const scenes::surface_point s = describe(plane, r.at(c.distance[0])).where;
-                const double tilt = std::abs(scenes::dot(place.z, scenes::normalised(r.direction)));
+                const double tilt = std::abs(scenes::dot(place.z, scenes::normalized(r.direction)));
                 // Vertices are rounded to 1 / 256 pixel, which a grazing ray magnifies.
                 const double slack = 0.01 / (tilt * tilt) + 0.02;
-                CHECK(std::abs(result.colour(y, x, 0) - std::clamp(256 * (s.u + 0.5) - 0.5, 0.0, 255.0)) <= 0.5 + slack * 4);
-                CHECK(std::abs(result.colour(y, x, 1) - std::clamp(256 * (0.5 - s.v) - 0.5, 0.0, 255.0)) <= 0.5 + slack * 4);
+                CHECK(std::abs(result.color(y, x, 0) - std::clamp(256 * (s.u + 0.5) - 0.5, 0.0, 255.0)) <= 0.5 + slack * 4);
+                CHECK(std::abs(result.color(y, x, 1) - std::clamp(256 * (0.5 - s.v) - 0.5, 0.0, 255.0)) <= 0.5 + slack * 4);
                 CHECK(static_cast<double>(result.depth(y, x, 0)) == Approx(c.distance[0]).epsilon(1e-3 * slack * 10));
             }
         REQUIRE(seen > 200);
@@ -271,7 +271,7 @@ TEST_CASE("texture and depth of a slanted rectangle are those of the plane that 
 TEST_CASE("the nearest surface is seen, in whatever order triangles come") {
     const view v = view_of(40, 30);
     textured_mesh mesh;
-    image<std::uint8_t> texture = make_image<std::uint8_t>(1, 1, 3, std::uint8_t{255});
+    image<std::uint8_t> texture(1, 1, 3, std::uint8_t{255});
     for (const float depth : {2.0F, 1.0F, 3.0F}) add_rectangle(mesh, v.camera, 10 / depth, 5, 30, 25, depth);
     const rendering result = rasterize(mesh, texture, v);
     for (std::size_t y = 0; y < 30; ++y)
@@ -299,7 +299,7 @@ TEST_CASE("back faces are left out only where asked") {
     CHECK(rasterize(back, flat_texture(9), v).coverage(10, 10, 0) == 255);
 }
 
-TEST_CASE("supersampling gives a pixel's covered share and mixes its colours") {
+TEST_CASE("supersampling gives a pixel's covered share and mixes its colors") {
     const view v = view_of(8, 8);
     textured_mesh mesh;
     add_rectangle(mesh, v.camera, 2.5F, 0, 8, 8, 1);
@@ -310,9 +310,9 @@ TEST_CASE("supersampling gives a pixel's covered share and mixes its colours") {
     CHECK(result.coverage(3, 1, 0) == 0);
     CHECK(result.coverage(3, 2, 0) == 127);
     CHECK(result.coverage(3, 3, 0) == 255);
-    CHECK(result.colour(3, 1, 0) == 100);
-    CHECK(result.colour(3, 2, 0) == 150);
-    CHECK(result.colour(3, 3, 0) == 200);
+    CHECK(result.color(3, 1, 0) == 100);
+    CHECK(result.color(3, 2, 0) == 150);
+    CHECK(result.color(3, 3, 0) == 200);
 }
 
 TEST_CASE("the picture does not depend on the number of threads") {
@@ -324,11 +324,11 @@ TEST_CASE("the picture does not depend on the number of threads") {
     const view v = moved_view(s.camera, s.range, 1, 7, -3);
     raster_options options;
     options.samples = 2;
-    const rendering serial = rasterize(mesh, photo.colour, v, options);
+    const rendering serial = rasterize(mesh, photo.color, v, options);
     for (const std::size_t threads : {2U, 3U, 5U}) {
         thread_pool pool(threads);
-        const rendering parallel = rasterize(mesh, photo.colour, v, options, pool);
-        REQUIRE(parallel.colour == serial.colour);
+        const rendering parallel = rasterize(mesh, photo.color, v, options, pool);
+        REQUIRE(parallel.color == serial.color);
         REQUIRE(parallel.depth == serial.depth);
         REQUIRE(parallel.coverage == serial.coverage);
     }
@@ -340,13 +340,13 @@ TEST_CASE("the photo's own view of its height field is the photo") {
         const scenes::picture photo = scenes::render(s);
         view v;
         v.camera = s.camera;
-        const rendering result = rasterize(height_field(photo.depth, s.camera), photo.colour, v);
+        const rendering result = rasterize(height_field(photo.depth, s.camera), photo.color, v);
         std::size_t covered = 0;
         for (std::size_t y = 0; y < 80; ++y)
             for (std::size_t x = 0; x < 60; ++x) {
                 if (result.coverage(y, x, 0) == 0) continue;
                 ++covered;
-                for (std::size_t c = 0; c < 3; ++c) REQUIRE(std::abs(result.colour(y, x, c) - photo.colour(y, x, c)) <= 2);
+                for (std::size_t c = 0; c < 3; ++c) REQUIRE(std::abs(result.color(y, x, c) - photo.color(y, x, c)) <= 2);
             }
         REQUIRE(covered >= 59 * 79);
     }
@@ -355,11 +355,11 @@ TEST_CASE("the photo's own view of its height field is the photo") {
 TEST_CASE("from another place, a scene without silhouettes looks as the ray caster sees it") {
     scenes::scene s = scenes::random_scene(8, 90, 120);
     s.objects.resize(1);
-    s.objects[0].colour = scenes::marbled(scenes::from_srgb(220, 40, 40), scenes::from_srgb(40, 90, 200), 1.2);
+    s.objects[0].color = scenes::marbled(scenes::from_srgb(220, 40, 40), scenes::from_srgb(40, 90, 200), 1.2);
     scenes::fit_depth_range(s);
     const scenes::picture photo = scenes::render(s);
     const view v = moved_view(s.camera, s.range, 1, 10, 6);
-    const rendering result = rasterize(height_field(photo.depth, s.camera), photo.colour, v);
+    const rendering result = rasterize(height_field(photo.depth, s.camera), photo.color, v);
     const scenes::picture truth = scenes::render(s, v);
     double squared = 0;
     std::size_t count = 0;
@@ -368,7 +368,7 @@ TEST_CASE("from another place, a scene without silhouettes looks as the ray cast
             if (result.coverage(y, x, 0) == 0) continue;
             REQUIRE(result.depth(y, x, 0) == Approx(truth.depth(y, x, 0)).epsilon(2e-3));
             for (std::size_t c = 0; c < 3; ++c, ++count) {
-                const double difference = static_cast<double>(result.colour(y, x, c)) - truth.colour(y, x, c);
+                const double difference = static_cast<double>(result.color(y, x, c)) - truth.color(y, x, c);
                 squared += difference * difference;
             }
         }
@@ -387,10 +387,10 @@ TEST_CASE("malformed meshes, textures and options are refused") {
         } catch (const error& e) {
             return e.code();
         }
-        return error_code::cancelled;
+        return error_code::canceled;
     };
     const image<std::uint8_t> texture = flat_texture(1);
-    CHECK(code_of(good, texture, v, {}) == error_code::cancelled);
+    CHECK(code_of(good, texture, v, {}) == error_code::canceled);
     textured_mesh bad = good;
     bad.triangles[2] = 4;
     CHECK(code_of(bad, texture, v, {}) == error_code::invalid_data);
@@ -400,8 +400,8 @@ TEST_CASE("malformed meshes, textures and options are refused") {
     bad = good;
     bad.texture_coordinates.pop_back();
     CHECK(code_of(bad, texture, v, {}) == error_code::mismatch);
-    CHECK(code_of(good, make_image<std::uint8_t>(2, 2, 1, std::uint8_t{0}), v, {}) == error_code::mismatch);
-    CHECK(code_of(good, make_image<std::uint8_t>(0, 0, 3), v, {}) == error_code::mismatch);
+    CHECK(code_of(good, image<std::uint8_t>(2, 2, 1, std::uint8_t{0}), v, {}) == error_code::mismatch);
+    CHECK(code_of(good, image<std::uint8_t>(0, 0, 3), v, {}) == error_code::mismatch);
     raster_options options;
     options.samples = 0;
     CHECK(code_of(good, texture, v, options) == error_code::invalid_option);
@@ -424,6 +424,6 @@ TEST_CASE("coordinates as large as floats can be do no harm") {
         }
         const rendering result = rasterize(mesh, flat_texture(77), v);
         for (std::size_t i = 0; i < result.depth.size(); ++i)
-            REQUIRE((result.coverage.data()[i] == 0 || result.colour.data()[3 * i] == 77));
+            REQUIRE((result.coverage.data()[i] == 0 || result.color.data()[3 * i] == 77));
     }
 }

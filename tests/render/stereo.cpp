@@ -1,7 +1,7 @@
 #include <ldi/render/stereo.hpp>
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/picture.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -16,7 +16,7 @@ namespace {
 
 image<std::uint8_t> random_picture(std::uint32_t seed, std::size_t rows, std::size_t columns) {
     std::mt19937 random(seed);
-    image<std::uint8_t> result = make_image<std::uint8_t>(rows, columns, 3);
+    image<std::uint8_t> result(rows, columns, 3);
     for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(random());
     return result;
 }
@@ -26,20 +26,20 @@ image<std::uint8_t> random_picture(std::uint32_t seed, std::size_t rows, std::si
 TEST_CASE("side by side holds both pictures as they are") {
     const image<std::uint8_t> left = random_picture(1, 7, 5), right = random_picture(2, 7, 5);
     const image<std::uint8_t> both = side_by_side(left, right);
-    REQUIRE(width(both) == 10);
+    REQUIRE(both.width() == 10);
     for (std::size_t y = 0; y < 7; ++y)
         for (std::size_t x = 0; x < 5; ++x)
             for (std::size_t c = 0; c < 3; ++c) CHECK((both(y, x, c) == left(y, x, c) && both(y, x + 5, c) == right(y, x, c)));
 }
 
-TEST_CASE("the anaglyph of equal grey views is that grey; else each eye sees its own picture only") {
-    image<std::uint8_t> grey = random_picture(3, 9, 9);
-    for (std::size_t i = 0; i < grey.size(); ++i) grey.data()[i] = grey.data()[i - i % 3];
-    CHECK((anaglyph(grey, grey) == grey));
-    const image<std::uint8_t> right = random_picture(4, 9, 9), black = make_image<std::uint8_t>(9, 9, 3, std::uint8_t{0});
-    const image<std::uint8_t> for_left = anaglyph(grey, black), for_right = anaglyph(black, right);
-    for (std::size_t i = 0; i < grey.size(); i += 3) {
-        CHECK((for_left.data()[i] == grey.data()[i] && for_left.data()[i + 1] == 0 && for_left.data()[i + 2] == 0));
+TEST_CASE("the anaglyph of equal gray views is that gray; else each eye sees its own picture only") {
+    image<std::uint8_t> gray = random_picture(3, 9, 9);
+    for (std::size_t i = 0; i < gray.size(); ++i) gray.data()[i] = gray.data()[i - i % 3];
+    CHECK((anaglyph(gray, gray) == gray));
+    const image<std::uint8_t> right = random_picture(4, 9, 9), black = image<std::uint8_t>(9, 9, 3, std::uint8_t{0});
+    const image<std::uint8_t> for_left = anaglyph(gray, black), for_right = anaglyph(black, right);
+    for (std::size_t i = 0; i < gray.size(); i += 3) {
+        CHECK((for_left.data()[i] == gray.data()[i] && for_left.data()[i + 1] == 0 && for_left.data()[i + 2] == 0));
         CHECK((for_right.data()[i] == 0 && for_right.data()[i + 1] == right.data()[i + 1] &&
                for_right.data()[i + 2] == right.data()[i + 2]));
     }
@@ -65,7 +65,7 @@ TEST_CASE("two eyes see the ends of the range apart by the share that is asked f
 
 TEST_CASE("a depth map that was written comes back as the disparity that it was, and holes as holes") {
     const depth_range range{0.7F, 9};
-    image<float> depth = make_image<float>(6, 8);
+    image<float> depth(6, 8);
     for (std::size_t i = 0; i < depth.size(); ++i)
         depth.data()[i] = i % 5 == 0 ? std::numeric_limits<float>::infinity() : range.depth(static_cast<float>(i) / 48.0F);
     depth_map_options options;
@@ -81,7 +81,7 @@ TEST_CASE("a depth map that was written comes back as the disparity that it was,
 
 TEST_CASE("pictures of different size make no pair") {
     for (const bool is_anaglyph : {true, false}) {
-        error_code code = error_code::cancelled;
+        error_code code = error_code::canceled;
         try {
             const image<std::uint8_t> a = random_picture(1, 4, 4), b = random_picture(1, 4, 5);
             is_anaglyph ? anaglyph(a, b) : side_by_side(a, b);

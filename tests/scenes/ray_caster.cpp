@@ -51,7 +51,7 @@ TEST_CASE("behind a pixel lie all surfaces of all objects that its line of sight
     }
 }
 
-TEST_CASE("a picture's depth, disparity and object are those of the first surface behind each pixel's centre") {
+TEST_CASE("a picture's depth, disparity and object are those of the first surface behind each pixel's center") {
     for (std::uint32_t seed = 0; seed < 10; ++seed) {
         const scene s = random_scene(seed, 48, 64);
         const picture photo = render(s, quick());
@@ -87,7 +87,7 @@ TEST_CASE("the disparity of a plane is affine in the pixel's position") {
     }
 }
 
-TEST_CASE("at a silhouette the colour is mixed and the disparity is not") {
+TEST_CASE("at a silhouette the color is mixed and the disparity is not") {
     scene s;
     s.camera = {40, 30, 40};
     s.range = {1, 2};
@@ -104,12 +104,12 @@ TEST_CASE("at a silhouette the colour is mixed and the disparity is not") {
         for (std::size_t x = 0; x < 40; ++x) {
             CHECK(photo.disparity(y, x, 0) == (x <= (photo.object(y, 20, 0) == 0 ? 20U : 19U) ? 1.0F : 0.0F));
             const bool mixed = x == 20;
-            if (mixed) CHECK((photo.colour(y, x, 0) > 0 && photo.colour(y, x, 2) > 0));
+            if (mixed) CHECK((photo.color(y, x, 0) > 0 && photo.color(y, x, 2) > 0));
             if (!mixed)
-                CHECK((photo.colour(y, x, 0) == (x < 20 ? pure[0] : 0) && photo.colour(y, x, 2) == (x < 20 ? 0 : pure[0])));
+                CHECK((photo.color(y, x, 0) == (x < 20 ? pure[0] : 0) && photo.color(y, x, 2) == (x < 20 ? 0 : pure[0])));
         }
-        CHECK(std::abs(photo.colour(y, 20, 0) - half[0]) <= 6);
-        CHECK(std::abs(photo.colour(y, 20, 2) - half[2]) <= 6);
+        CHECK(std::abs(photo.color(y, 20, 0) - half[0]) <= 6);
+        CHECK(std::abs(photo.color(y, 20, 2) - half[2]) <= 6);
     }
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("a view from elsewhere sees each surface where its own camera says") {
                     nearest = std::min(nearest, std::abs(at.distance[static_cast<std::size_t>(i)] - 1));
                 // At a grazing angle float rounding moves the crossing, or loses it.
                 const surface_description surface = describe(s.objects[static_cast<std::size_t>(seen.object(y, x, 0))].form, p);
-                if (std::abs(dot(surface.normal, normalised(p))) > 0.1) CHECK(nearest < 1e-4);
+                if (std::abs(dot(surface.normal, normalized(p))) > 0.1) CHECK(nearest < 1e-4);
             }
     }
 }
@@ -160,7 +160,7 @@ TEST_CASE("pictures do not depend on the number of threads") {
     const picture serial = render(s, photo, quick());
     thread_pool pool(3);
     const picture parallel = render(s, photo, quick(), pool);
-    CHECK(parallel.colour == serial.colour);
+    CHECK(parallel.color == serial.color);
     CHECK(parallel.disparity == serial.disparity);
 }
 
@@ -170,13 +170,13 @@ TEST_CASE("shadows darken what the sun does not reach") {
     s.range = {1, 3};
     s.add(make_rectangle({{0, 0, -3}}, 20, 20), plain({0.5, 0.5, 0.5}));
     s.add(make_sphere({{0.6, 0, -2.4}}, 0.25), plain({0.5, 0.5, 0.5}));
-    s.light.to_sun = normalised({1, 0, 1});
+    s.light.to_sun = normalized({1, 0, 1});
     s.light.sun = {1, 1, 1};
     s.light.sky = s.light.ground = {0.2, 0.2, 0.2};
     s.light.shadows = true;
     const picture photo = render(s);
     // The ball's shadow falls on the wall at x = 0.6 - 0.6 = 0, the middle of the picture.
-    CHECK(photo.colour(20, 20, 0) + 60 < photo.colour(5, 20, 0));
-    CHECK(std::abs(photo.colour(5, 20, 0) - photo.colour(35, 20, 0)) <= 2);
-    CHECK(surfaces_at(s, 20.5, 20.5).at(0).colour[0] + 60 < surfaces_at(s, 20.5, 5.5).at(0).colour[0]);
+    CHECK(photo.color(20, 20, 0) + 60 < photo.color(5, 20, 0));
+    CHECK(std::abs(photo.color(5, 20, 0) - photo.color(35, 20, 0)) <= 2);
+    CHECK(surfaces_at(s, 20.5, 20.5).at(0).color[0] + 60 < surfaces_at(s, 20.5, 5.5).at(0).color[0]);
 }

@@ -1,7 +1,7 @@
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -72,8 +72,8 @@ TEST_CASE("the shipped sample is the still life") {
     depth_map_options options;
     options.scale = 1.0F / 65535;
     const image<float> depth_map = load_depth_map(folder + "sample_depth.png", options);
-    REQUIRE((width(shipped.colour) == 1152 && height(shipped.colour) == 1536));
-    REQUIRE((width(depth_map) == 1152 && height(depth_map) == 1536));
+    REQUIRE((shipped.color.width() == 1152 && shipped.color.height() == 1536));
+    REQUIRE((depth_map.width() == 1152 && depth_map.height() == 1536));
     const scene s = still_life();
     view from;
     from.camera = s.camera;
@@ -86,8 +86,8 @@ TEST_CASE("the shipped sample is the still life") {
             REQUIRE(depth_map(y, x, 0) == Approx(disparity(s.range, hit.distance)).margin(0.6 / 4095));
             if (x % 46 != 0 || y % 46 != 0) continue;
             picture_options coarse;
-            const std::array<std::uint8_t, 3> colour = ldi::scenes::detail::mixed_colour(s, from, x, y, coarse);
-            for (std::size_t c = 0; c < 3; ++c, ++count) difference += std::abs(colour[c] - shipped.colour(y, x, c));
+            const std::array<std::uint8_t, 3> color = ldi::scenes::detail::mixed_color(s, from, x, y, coarse);
+            for (std::size_t c = 0; c < 3; ++c, ++count) difference += std::abs(color[c] - shipped.color(y, x, c));
         }
     // 16 instead of 64 samples a pixel, and JPEG.
     CHECK(difference / count < 6);

@@ -16,7 +16,7 @@ struct generator {
         while (true) {
             const double x = between(-1, 1), y = between(-1, 1), z = between(-1, 1);
             const vector3 d{x, y, z};
-            if (dot(d, d) > 0.01 && dot(d, d) < 1) return normalised(d);
+            if (dot(d, d) > 0.01 && dot(d, d) < 1) return normalized(d);
         }
     }
     shape any_solid() {
@@ -121,7 +121,7 @@ TEST_CASE("normals have length 1 and point out of the solid") {
     }
 }
 
-TEST_CASE("textures are colours, the same wherever they are asked again") {
+TEST_CASE("textures are colors, the same wherever they are asked again") {
     generator random{std::mt19937(5)};
     const vector3 a = from_srgb(200, 100, 50), b = from_srgb(30, 60, 90), c = from_srgb(250, 250, 250);
     const std::vector<texture> all{plain(a),           marbled(a, b, 0.1),    stripes(a, b, 0.1),
@@ -132,10 +132,10 @@ TEST_CASE("textures are colours, the same wherever they are asked again") {
         for (int trial = 0; trial < 500; ++trial) {
             surface_point p;
             p.local = random.direction(), p.u = random.between(-5, 5), p.v = random.between(-5, 5);
-            const vector3 colour = t(p), again = t(p);
-            for (const double channel : {colour.x, colour.y, colour.z}) REQUIRE((channel >= 0 && channel <= 1.3));
-            REQUIRE(length(colour - again) == 0);
-            least = std::min(least, colour.x), most = std::max(most, colour.x);
+            const vector3 color = t(p), again = t(p);
+            for (const double channel : {color.x, color.y, color.z}) REQUIRE((channel >= 0 && channel <= 1.3));
+            REQUIRE(length(color - again) == 0);
+            least = std::min(least, color.x), most = std::max(most, color.x);
         }
         CHECK((&t == &all[0]) == (most - least < 0.05));
     }

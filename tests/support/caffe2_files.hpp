@@ -106,8 +106,8 @@ inline caffe2_files small_network() {
     };
     network.add_text(1, "small");
     network.add(op("NCHW2NHWC", {"photo"}, "photo_nhwc"));
-    network.add(op("Int8Quantize", {"photo_nhwc"}, "colour").quantized(input_scale, 128));
-    convolution("colour", "first", 8, 3, 3, 1, 1, input_scale, 0);
+    network.add(op("Int8Quantize", {"photo_nhwc"}, "color").quantized(input_scale, 128));
+    convolution("color", "first", 8, 3, 3, 1, 1, input_scale, 0);
     convolution("first", "half", 8, 3, 1, 2, 8, scale, 128);
     convolution("half", "mixed", 8, 1, 8, 1, 1, scale, 0);
     network.add(op("Int8ResizeNearest", {"mixed"}, "whole")

@@ -135,7 +135,7 @@ private:
     std::array<tile, tiles> tiles_{};
 };
 
-/// The unit that ldi::detail::tiled_product takes, with requantisation to its definition.
+/// The unit that ldi::detail::tiled_product takes, with requantization to its definition.
 struct emulated_tile_unit {
     ldi::float_requantization output;
     memory_range result;  ///< that requantize() may write to

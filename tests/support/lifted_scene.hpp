@@ -1,7 +1,7 @@
-// Disparity maps to grow hidden surfaces behind: random ones, and lifting without colours.
+// Disparity maps to grow hidden surfaces behind: random ones, and lifting without colors.
 #pragma once
 
-#include <ldi/layers/lift.hpp>
+#include <ldi/occlusion/lift.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,13 @@
 namespace ldi::test {
 
 inline photo_layers lift_disparity(const image<float>& disparity) {
-    return lift(make_image<std::uint8_t>(height(disparity), width(disparity), 3, std::uint8_t{100}), disparity);
+    return lift(image<std::uint8_t>(disparity.height(), disparity.width(), 3, std::uint8_t{100}), disparity);
 }
 
 /// A slanted background with discs, bars and half planes before it, each flat or slanted.
 inline image<float> random_disparity(std::mt19937& random, std::size_t rows, std::size_t columns) {
     std::uniform_real_distribution<float> unit(0.0F, 1.0F);
-    image<float> map = make_image<float>(rows, columns);
+    image<float> map(rows, columns);
     const float slope = 0.15F * unit(random) / static_cast<float>(rows);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) map(y, x, 0) = 0.05F + slope * static_cast<float>(y);

@@ -93,7 +93,7 @@ public:
         const std::int32_t from = random_pixel();
         const side s = random_side(random_);
         const std::int32_t x = x_of(from) + step_x(s), y = y_of(from) + step_y(s);
-        if (g_.neighbour(from, s) != no_pixel || !inside(x, y)) return;
+        if (g_.neighbor(from, s) != no_pixel || !inside(x, y)) return;
         const std::int32_t width = 1 + below(random_, 6), height = 1 + below(random_, 6);
         // The sheet touches the seam with the edge that faces `from`, anywhere along it.
         const std::int32_t left = s == side::right ? x : s == side::left ? x - width + 1 : x - below(random_, width);
@@ -103,10 +103,10 @@ public:
         const auto there = std::find_if(sheet.begin(), sheet.end(), [&](std::int32_t p) { return x_of(p) == x && y_of(p) == y; });
         g_.link(from, s, *there);
         for (const side along : {step_x(s) != 0 ? side::up : side::left, step_x(s) != 0 ? side::down : side::right}) {
-            std::int32_t a = g_.neighbour(from, along), b = g_.neighbour(*there, along);
-            while (a != no_pixel && b != no_pixel && g_.neighbour(a, s) == no_pixel && g_.neighbour(b, opposite(s)) == no_pixel) {
+            std::int32_t a = g_.neighbor(from, along), b = g_.neighbor(*there, along);
+            while (a != no_pixel && b != no_pixel && g_.neighbor(a, s) == no_pixel && g_.neighbor(b, opposite(s)) == no_pixel) {
                 g_.link(a, s, b);
-                a = g_.neighbour(a, along), b = g_.neighbour(b, along);
+                a = g_.neighbor(a, along), b = g_.neighbor(b, along);
             }
         }
     }
@@ -120,7 +120,7 @@ public:
         for (std::int32_t length = 1 + below(random_, 20); length > 0; --length) {
             if (chance(random_, 30)) s = random_side(random_);
             const std::int32_t x = x_of(at) + step_x(s), y = y_of(at) + step_y(s);
-            if (!inside(x, y) || g_.neighbour(at, s) != no_pixel) continue;
+            if (!inside(x, y) || g_.neighbor(at, s) != no_pixel) continue;
             const std::int32_t next = g_.add_pixel(x, y);
             g_.link(at, s, next);
             at = next;
@@ -136,8 +136,8 @@ public:
             seams;  // of each turn in turn: the pixel left of the seam, and right of it
         for (const std::vector<std::int32_t>& pixels : turn)
             for (const std::int32_t p : pixels)
-                if (x_of(p) == x - 1 && y_of(p) < y && g_.neighbour(p, side::right) != no_pixel)
-                    seams.emplace_back(p, g_.neighbour(p, side::right));
+                if (x_of(p) == x - 1 && y_of(p) < y && g_.neighbor(p, side::right) != no_pixel)
+                    seams.emplace_back(p, g_.neighbor(p, side::right));
         for (const auto& [left, right] : seams) g_.unlink(left, side::right);
         const std::size_t height = turns > 0 ? seams.size() / turn.size() : 0;
         for (std::size_t i = 0; i + height < seams.size(); ++i) g_.link(seams[i].first, side::right, seams[i + height].second);
@@ -160,7 +160,7 @@ public:
             const std::int32_t a = random_pixel(), b = random_pixel();
             const side s = random_side(random_);
             const bool beside = x_of(b) == x_of(a) + step_x(s) && y_of(b) == y_of(a) + step_y(s);
-            if (beside && g_.neighbour(a, s) == no_pixel && g_.neighbour(b, opposite(s)) == no_pixel) g_.link(a, s, b);
+            if (beside && g_.neighbor(a, s) == no_pixel && g_.neighbor(b, opposite(s)) == no_pixel) g_.link(a, s, b);
         }
     }
 

@@ -17,9 +17,9 @@ bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::re
 
 void check_atlas(const photo_layers& layers, const chart_set& charts, const texture_atlas& atlas, const atlas_options& options) {
     const graph& g = layers.topology;
-    const std::size_t rows = height(atlas.kind), columns = width(atlas.kind);
-    REQUIRE(height(atlas.colour) == rows);
-    REQUIRE(width(atlas.colour) == columns);
+    const std::size_t rows = atlas.kind.height(), columns = atlas.kind.width();
+    REQUIRE(atlas.color.height() == rows);
+    REQUIRE(atlas.color.width() == columns);
     REQUIRE(atlas.placements.size() == charts.charts.size());
     CHECK(rows % 16 == 0);
     CHECK(columns % 16 == 0);
@@ -53,35 +53,35 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     };
     for (std::size_t i = 0; i < g.size(); ++i)
         front[lattice(i)] = std::max(front[lattice(i)], layers.column<disparity_column>()[i]);
-    bool colours = true, kinds = true;
+    bool colors = true, kinds = true;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const std::size_t c = static_cast<std::size_t>(charts.chart_of[i]);
         const std::size_t x = static_cast<std::size_t>(g.x[i] - charts.charts[c].x + atlas.placements[c].x);
         const std::size_t y = static_cast<std::size_t>(g.y[i] - charts.charts[c].y + atlas.placements[c].y);
         for (std::size_t k = 0; k < 3; ++k)
-            colours = colours && atlas.colour(y, x, k) == layers.column<colour_column>()[3 * i + k];
+            colors = colors && atlas.color(y, x, k) == layers.column<color_column>()[3 * i + k];
         const texel_kind expected = layers.column<known_column>()[i] != 0                      ? texel_kind::photo
                                     : layers.column<disparity_column>()[i] < front[lattice(i)] ? texel_kind::occluded
                                                                                                : texel_kind::refilled;
         kinds = kinds && atlas.kind(y, x, 0) == expected;
     }
-    CHECK(colours);
+    CHECK(colors);
     CHECK(kinds);
     CHECK(std::count_if(atlas.kind.data(), atlas.kind.data() + atlas.kind.size(), is_own) ==
           static_cast<std::ptrdiff_t>(g.size()));
     if (rows * columns > 0) CHECK(atlas.fill == Approx(static_cast<double>(g.size()) / static_cast<double>(rows * columns)));
 
-    bool grey = true;
+    bool gray = true;
     for (std::size_t i = 0; i < atlas.kind.size(); ++i)
         if (atlas.kind.data()[i] == texel_kind::empty)
-            for (std::size_t k = 0; k < 3; ++k) grey = grey && atlas.colour.data()[3 * i + k] == 128;
-    CHECK(grey);
+            for (std::size_t k = 0; k < 3; ++k) gray = gray && atlas.color.data()[3 * i + k] == 128;
+    CHECK(gray);
 }
 
 void check_threads(const photo_layers& layers, const chart_set& charts, const texture_atlas& serial) {
     thread_pool pool(3);
     const texture_atlas parallel = make_atlas(layers, charts, {}, pool);
-    CHECK(parallel.colour == serial.colour);
+    CHECK(parallel.color == serial.color);
     CHECK(parallel.kind == serial.kind);
 }
 
@@ -129,7 +129,7 @@ TEST_CASE("atlases of real photos do too") {
 
 TEST_CASE("an image without pixels has an empty atlas") {
     const texture_atlas atlas = make_atlas(photo_layers(), chart_set());
-    CHECK(atlas.colour.size() == 0);
+    CHECK(atlas.color.size() == 0);
     CHECK(atlas.placements.empty());
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
     const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
     atlas_options options;
     options.max_side = 112;
-    CHECK(make_atlas(layers, charts, options).colour.shape(0) == 112);
+    CHECK(make_atlas(layers, charts, options).color.shape(0) == 112);
     options.max_side = 111;
     CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
     options = {};

@@ -1,6 +1,6 @@
 #include "tests/texture/photo_scene.hpp"
 
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/texture/padding.hpp>
 
 #include <catch2/catch.hpp>
@@ -20,34 +20,34 @@ using rgb = std::array<std::uint8_t, 3>;
 
 /// One chart, drawn alone in an atlas of its own.
 struct drawing {
-    image<std::uint8_t> colour;
+    image<std::uint8_t> color;
     image<texel_kind> kind;
     chart_placement placement;
 
     rgb at(std::int32_t x, std::int32_t y) const {
         const std::size_t u = static_cast<std::size_t>(x), v = static_cast<std::size_t>(y);
-        return {colour(v, u, 0), colour(v, u, 1), colour(v, u, 2)};
+        return {color(v, u, 0), color(v, u, 1), color(v, u, 2)};
     }
     texel_kind kind_at(std::int32_t x, std::int32_t y) const {
         return kind(static_cast<std::size_t>(y), static_cast<std::size_t>(x), 0);
     }
-    std::int32_t columns() const { return static_cast<std::int32_t>(width(kind)); }
-    std::int32_t rows() const { return static_cast<std::int32_t>(height(kind)); }
+    std::int32_t columns() const { return static_cast<std::int32_t>(kind.width()); }
+    std::int32_t rows() const { return static_cast<std::int32_t>(kind.height()); }
 };
 
-rgb colour_of(const photo_layers& layers, std::int32_t pixel) {
-    const auto c = layers.at<colour_column>(pixel);
+rgb color_of(const photo_layers& layers, std::int32_t pixel) {
+    const auto c = layers.at<color_column>(pixel);
     return {c[0], c[1], c[2]};
 }
 
 drawing draw(const photo_layers& layers, const chart& c, const padding_options& options = {}) {
     const auto blocks = [&](std::int32_t length) { return (length + 2 * options.filter_padding + 15) / 16 * 16; };
     const std::int32_t columns = blocks(c.width), rows = blocks(c.height);
-    drawing d{make_image<std::uint8_t>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 3, std::uint8_t{77}),
-              make_image<texel_kind>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 1, texel_kind::empty),
+    drawing d{image<std::uint8_t>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 3, std::uint8_t{77}),
+              image<texel_kind>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 1, texel_kind::empty),
               {options.filter_padding, options.filter_padding}};
     const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
-    chart_padder padder(layers.topology, layers.column<colour_column>(), kinds, d.colour, d.kind);
+    chart_padder padder(layers.topology, layers.column<color_column>(), kinds, d.color, d.kind);
     padder.draw(c, d.placement, {0, 0, columns, rows}, options);
     return d;
 }
@@ -64,10 +64,10 @@ std::pair<photo_layers, chart_set> two_sheets(bool linked) {
         const std::int32_t x = i % 40, y = i / 40, c = x < 20 ? 0 : 1;
         set.chart_of.push_back(c);
         set.charts[static_cast<std::size_t>(c)].pixels.push_back(i);
-        const auto colour = layers.at<colour_column>(i);
-        colour[0] = static_cast<std::uint8_t>(c == 0 ? 10 + x : 200 + x),
-        colour[1] = static_cast<std::uint8_t>(c == 0 ? 10 + y : 200 + y);
-        colour[2] = 128;
+        const auto color = layers.at<color_column>(i);
+        color[0] = static_cast<std::uint8_t>(c == 0 ? 10 + x : 200 + x),
+        color[1] = static_cast<std::uint8_t>(c == 0 ? 10 + y : 200 + y);
+        color[2] = 128;
     }
     return {std::move(layers), std::move(set)};
 }
@@ -76,13 +76,13 @@ bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::re
 
 }  // namespace
 
-TEST_CASE("where the surface goes on, padding is copied from the neighbouring chart") {
+TEST_CASE("where the surface goes on, padding is copied from the neighboring chart") {
     const auto [layers, set] = two_sheets(true);
     const drawing d = draw(layers, set.charts[0]);
     for (std::int32_t y = 0; y < 20; ++y)
         for (std::int32_t x = 20; x < 24; ++x) {
             CHECK(d.kind_at(4 + x, 4 + y) == texel_kind::copied);
-            CHECK(d.at(4 + x, 4 + y) == colour_of(layers, y * 40 + x));
+            CHECK(d.at(4 + x, 4 + y) == color_of(layers, y * 40 + x));
         }
 }
 
@@ -131,16 +131,16 @@ TEST_CASE("more rounds of diffusion change little") {
         if (k != texel_kind::diffused && k != texel_kind::macroblock) continue;
         ++unknown;
         for (std::size_t c = 0; c < 3; ++c) {
-            difference += std::abs(int{quick.colour.data()[3 * i + c]} - int{exact.colour.data()[3 * i + c]});
-            contrast += std::abs(int{exact.colour.data()[3 * i + c]} - 128);
+            difference += std::abs(int{quick.color.data()[3 * i + c]} - int{exact.color.data()[3 * i + c]});
+            contrast += std::abs(int{exact.color.data()[3 * i + c]} - 128);
         }
     }
     REQUIRE(unknown > 0);
-    CHECK(difference / unknown / 3 < 3.0);  // grey levels; the photo is noise over the whole range
+    CHECK(difference / unknown / 3 < 3.0);  // gray levels; the photo is noise over the whole range
     CHECK(contrast / unknown / 3 > 6.0);
 }
 
-TEST_CASE("padding of random charts shows pixels that links lead to, or stays within the colours around it") {
+TEST_CASE("padding of random charts shows pixels that links lead to, or stays within the colors around it") {
     std::mt19937 random(6);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_photo_layers(random, 40);
@@ -150,7 +150,7 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
         const chart_set set = make_charts(g, layers.column<disparity_column>());
         for (const chart& c : set.charts) {
             const drawing d = draw(layers, c, options);
-            // All colours that links of the chart lead to, by texel.
+            // All colors that links of the chart lead to, by texel.
             std::map<std::pair<std::int32_t, std::int32_t>, std::set<rgb>> reached;
             std::set<std::int32_t> seen(c.pixels.begin(), c.pixels.end());
             std::vector<std::int32_t> wave = c.pixels;
@@ -158,10 +158,10 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
                 std::vector<std::int32_t> next;
                 for (std::int32_t pixel : wave)
                     for (side s : all_sides) {
-                        const std::int32_t other = g.neighbour(pixel, s);
+                        const std::int32_t other = g.neighbor(pixel, s);
                         if (other == no_pixel || !seen.insert(other).second) continue;
                         const std::size_t o = static_cast<std::size_t>(other);
-                        reached[{g.x[o] - c.x + d.placement.x, g.y[o] - c.y + d.placement.y}].insert(colour_of(layers, other));
+                        reached[{g.x[o] - c.x + d.placement.x, g.y[o] - c.y + d.placement.y}].insert(color_of(layers, other));
                         next.push_back(other);
                     }
                 wave = next;

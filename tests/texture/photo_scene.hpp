@@ -4,13 +4,13 @@
 #include "tests/support/lifted_scene.hpp"
 #include "tests/support/random_graph.hpp"
 
-#include <ldi/io/depth_map.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/layers/diffusion_inpainter.hpp>
-#include <ldi/layers/discontinuity_curves.hpp>
-#include <ldi/layers/expand.hpp>
-#include <ldi/layers/lift.hpp>
-#include <ldi/layers/mixed_colours.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+#include <ldi/occlusion/expand.hpp>
+#include <ldi/occlusion/lift.hpp>
+#include <ldi/occlusion/mixed_colors.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -26,19 +26,19 @@
 
 namespace ldi::testing {
 
-/// A graph as random_graph.hpp makes them, with random colours, some of them unknown.
+/// A graph as random_graph.hpp makes them, with random colors, some of them unknown.
 inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t largest_side) {
     random_layers made = random_graph(random, largest_side);
     photo_layers layers(std::move(made.topology));
     layers.column<disparity_column>() = std::move(made.disparity);
-    for (std::uint8_t& value : layers.column<colour_column>()) value = static_cast<std::uint8_t>(below(random, 256));
+    for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(below(random, 256));
     for (std::uint8_t& known : layers.column<known_column>()) known = chance(random, 70) ? 1 : 0;
     return layers;
 }
 
-/// A lifted photo with its hidden surfaces, every pixel coloured.
+/// A lifted photo with its hidden surfaces, every pixel colored.
 inline photo_layers with_hidden_surfaces(photo_layers lifted) {
-    mark_mixed_colours(lifted);
+    mark_mixed_colors(lifted);
     const auto curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>());
     photo_layers layers = expand(std::move(lifted), curves);
     const serial_executor threads;
@@ -46,11 +46,11 @@ inline photo_layers with_hidden_surfaces(photo_layers lifted) {
     return layers;
 }
 
-/// Slanted shapes before a slanted background, in noisy colours.
+/// Slanted shapes before a slanted background, in noisy colors.
 inline photo_layers random_scene(std::mt19937& random, std::size_t rows, std::size_t columns) {
-    image<std::uint8_t> colour = make_image<std::uint8_t>(rows, columns, 3);
-    for (std::size_t i = 0; i < colour.size(); ++i) colour.data()[i] = static_cast<std::uint8_t>(below(random, 256));
-    return with_hidden_surfaces(lift(colour, ldi::test::random_disparity(random, rows, columns)));
+    image<std::uint8_t> color(rows, columns, 3);
+    for (std::size_t i = 0; i < color.size(); ++i) color.data()[i] = static_cast<std::uint8_t>(below(random, 256));
+    return with_hidden_surfaces(lift(color, ldi::test::random_disparity(random, rows, columns)));
 }
 
 /// A pair of ../shared/rgbd by its name, at the photo's size or stretched to another; nothing where it is absent. Its disparity
@@ -61,20 +61,20 @@ inline std::optional<photo_layers> shared_photo(const std::string& name, std::si
     if (!std::filesystem::exists(photo_file)) photo_file = folder / (name + ".jpg");
     const std::filesystem::path map_file = folder / (name + "_disparity.png");
     if (!std::filesystem::exists(photo_file) || !std::filesystem::exists(map_file)) return std::nullopt;
-    const image<std::uint8_t> photo = load_photo(photo_file).colour;
+    const image<std::uint8_t> photo = load_photo(photo_file).color;
     depth_map_options map_options;
     map_options.invalid_zero = true;
     const image<float> map = fill_invalid(load_depth_map(map_file, map_options));
-    if (rows == 0) rows = height(photo), columns = width(photo);
-    image<std::uint8_t> colour = make_image<std::uint8_t>(rows, columns, 3);
-    image<float> disparity = make_image<float>(rows, columns);
+    if (rows == 0) rows = photo.height(), columns = photo.width();
+    image<std::uint8_t> color(rows, columns, 3);
+    image<float> disparity(rows, columns);
     const auto [lowest, highest] = std::minmax_element(map.data(), map.data() + map.size());
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) {
-            for (std::size_t c = 0; c < 3; ++c) colour(y, x, c) = photo(y * height(photo) / rows, x * width(photo) / columns, c);
-            disparity(y, x, 0) = (map(y * height(map) / rows, x * width(map) / columns, 0) - *lowest) / (*highest - *lowest);
+            for (std::size_t c = 0; c < 3; ++c) color(y, x, c) = photo(y * photo.height() / rows, x * photo.width() / columns, c);
+            disparity(y, x, 0) = (map(y * map.height() / rows, x * map.width() / columns, 0) - *lowest) / (*highest - *lowest);
         }
-    return with_hidden_surfaces(lift(colour, disparity));
+    return with_hidden_surfaces(lift(color, disparity));
 }
 
 }  // namespace ldi::testing

@@ -45,7 +45,7 @@ export class PictureDesk {
         );
     }
 
-    /** The mean of all colours, 0 to 255. */
+    /** The mean of all colors, 0 to 255. */
     brightness(picture) {
         return this.page.evaluate(async (picture) => {
             const pixels = await pixelsOf(picture);
@@ -55,16 +55,16 @@ export class PictureDesk {
         }, picture);
     }
 
-    /** The share of pixels that have exactly this colour. */
-    shareOf(picture, colour) {
+    /** The share of pixels that have exactly this color. */
+    shareOf(picture, color) {
         return this.page.evaluate(
-            async ([picture, colour]) => {
+            async ([picture, color]) => {
                 const { data } = await pixelsOf(picture);
                 let count = 0;
-                for (let i = 0; i < data.length; i += 4) count += colour.every((value, c) => data[i + c] === value);
+                for (let i = 0; i < data.length; i += 4) count += color.every((value, c) => data[i + c] === value);
                 return count / (data.length / 4);
             },
-            [picture, colour],
+            [picture, color],
         );
     }
 

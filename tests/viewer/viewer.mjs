@@ -16,7 +16,7 @@ const glb = await readFile(join(top, "out/sample.glb"));
 const photo = await readFile(join(top, "examples/photo3d/sample.jpg"), "base64");
 const depth = await readFile(join(top, "examples/photo3d/sample_depth.png"), "base64");
 
-const wallColour = [8, 9, 11]; // what is seen where the model is not, as stage.js has it
+const wallColor = [8, 9, 11]; // what is seen where the model is not, as stage.js has it
 const headsetScripts = [
     { path: join(here, "node_modules/iwer/build/iwer.min.js") },
     "window.emulated = new IWER.XRDevice(IWER.metaQuest3, { stereoEnabled: true });" +
@@ -153,7 +153,7 @@ await test("at the limits the frame hides the photo's border, and next to nothin
         assertNear(Math.hypot(reach.right, reach.up), 1, 0.001, "the way from the middle");
         assert.equal(visibility, 1);
         assert.ok(Math.max(Math.abs(angles.horizontal), Math.abs(angles.vertical)) < 10, JSON.stringify(angles));
-        const uncovered = await desk.shareOf(await picture(page, "#view"), wallColour);
+        const uncovered = await desk.shareOf(await picture(page, "#view"), wallColor);
         assert.ok(uncovered < 0.0005, `${100 * uncovered} % uncovered`);
     }
 });
@@ -174,7 +174,7 @@ await test("scrolling leads up and into the scene, and a little aside", opened()
     assertNear(otherEnd.reach.forward, -1, 1e-6, "forward");
     assert.ok(otherEnd.reach.up < -0.2 && otherEnd.reach.right < 0, JSON.stringify(otherEnd.reach));
     await assertParallax(page, before, { right: 0, up: -1 });
-    const uncovered = await desk.shareOf(await picture(page, "#view"), wallColour);
+    const uncovered = await desk.shareOf(await picture(page, "#view"), wallColor);
     assert.ok(uncovered < 0.0005, `from behind, ${100 * uncovered} % uncovered`);
 });
 
@@ -305,8 +305,8 @@ await test("a headset shows two views, and the head moves one to one", opened({ 
         window.emulated.position.x += 0.1;
         window.emulated.position.y += 0.05;
     });
-    assertNear(betweenEyes(moved)[0] - betweenEyes(home)[0], 0.1, 1e-3, "metres to the right");
-    assertNear(betweenEyes(moved)[1] - betweenEyes(home)[1], 0.05, 1e-3, "metres up");
+    assertNear(betweenEyes(moved)[0] - betweenEyes(home)[0], 0.1, 1e-3, "meters to the right");
+    assertNear(betweenEyes(moved)[1] - betweenEyes(home)[1], 0.05, 1e-3, "meters up");
     assert.equal(moved.visibility, 1);
 
     const lit = await desk.brightness(await picture(page, "canvas >> nth=0"));
@@ -327,7 +327,7 @@ await test("a headset that knows only how it is turned gets a neck", opened({ sc
     // 60 degrees to the left takes the eyes 8 cm x sin 60 to the left, and 8 cm x (1 - cos 60) back.
     const turned = await moveHead(page, () => window.emulated.quaternion.set(0, Math.sin(Math.PI / 6), 0, Math.cos(Math.PI / 6)));
     const motion = betweenEyes(turned).map((value, axis) => value - betweenEyes(home)[axis]);
-    [-0.0693, 0, 0.04].forEach((expected, axis) => assertNear(motion[axis], expected, 2e-3, "metres"));
+    [-0.0693, 0, 0.04].forEach((expected, axis) => assertNear(motion[axis], expected, 2e-3, "meters"));
 });
 
 // Files

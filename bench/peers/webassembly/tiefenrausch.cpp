@@ -1,6 +1,6 @@
 // The depth network as published, on a real photo at 384 x 288, for node: tiefenrausch.js RUNS. Prints the median in
 // milliseconds, the fewest, and how many pixels differ from the published result.
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/formats/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/npy.hpp>
 
@@ -20,7 +20,7 @@ int main(int count, char** arguments) {
                                                      ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb")));
     const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy"),
                expected = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy");
-    ldi::image<std::uint8_t> rgb = ldi::make_image<std::uint8_t>(384, 288, 3);
+    ldi::image<std::uint8_t> rgb(384, 288, 3);
     std::copy(photo.values.begin(), photo.values.end(), rgb.data());
 
     ldi::serial_executor serial;

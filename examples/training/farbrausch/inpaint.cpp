@@ -6,8 +6,8 @@
 // In, as often as one likes: height, width (int32), height x width x 3 bytes, then height x width labels: 0 known, 1 hole, 2 does
 // not exist, as masks.py has them. Out, for each: height x width x 3 bytes; what does not exist is black.
 
-#include <ldi/io/farbrausch_file.hpp>
-#include <ldi/layers/grain.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/occlusion/grain.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -23,10 +23,10 @@ constexpr std::uint8_t label_known = 0, label_absent = 2;
 bool read(void* values, std::size_t size) { return std::fread(values, 1, size, stdin) == size; }
 
 /// A layered image of one layer, without the pixels that do not exist.
-ldi::photo_layers existing(const std::vector<std::uint8_t>& colour, const std::vector<std::uint8_t>& labels, std::int32_t width,
+ldi::photo_layers existing(const std::vector<std::uint8_t>& color, const std::vector<std::uint8_t>& labels, std::int32_t width,
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
-    layers.column<ldi::colour_column>() = colour;
+    layers.column<ldi::color_column>() = color;
     std::vector<std::uint8_t> exists(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
         layers.column<ldi::known_column>()[i] = labels[i] == label_known ? 1 : 0;
@@ -40,16 +40,16 @@ void serve(const ldi::farbrausch& network) {
     ldi::serial_executor threads;
     for (std::int32_t size[2]; read(size, sizeof size);) {
         const std::size_t pixels = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
-        std::vector<std::uint8_t> colour(3 * pixels), labels(pixels), filled(3 * pixels);
-        if (!read(colour.data(), colour.size()) || !read(labels.data(), labels.size()))
+        std::vector<std::uint8_t> color(3 * pixels), labels(pixels), filled(3 * pixels);
+        if (!read(color.data(), color.size()) || !read(labels.data(), labels.size()))
             throw std::runtime_error("a picture that is cut off");
-        ldi::photo_layers layers = existing(colour, labels, size[1], size[0]);
+        ldi::photo_layers layers = existing(color, labels, size[1], size[0]);
         network.inpaint(layers, threads);
         ldi::add_grain(layers);
         for (std::size_t i = 0; i < layers.size(); ++i) {
             const std::size_t at = static_cast<std::size_t>(layers.topology.y[i]) * static_cast<std::size_t>(size[1]) +
                                    static_cast<std::size_t>(layers.topology.x[i]);
-            for (std::size_t c = 0; c < 3; ++c) filled[3 * at + c] = layers.column<ldi::colour_column>()[3 * i + c];
+            for (std::size_t c = 0; c < 3; ++c) filled[3 * at + c] = layers.column<ldi::color_column>()[3 * i + c];
         }
         if (std::fwrite(filled.data(), 1, filled.size(), stdout) != filled.size())
             throw std::runtime_error("the result cannot be written");

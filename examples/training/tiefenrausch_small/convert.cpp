@@ -1,10 +1,10 @@
-// Writes the published depth network as a weight file of the form that export.py writes (include/ldi/nn/quantized_weights.hpp),
+// Writes the published depth network as a weight file of the form that export.py writes (include/ldi/nn/dense/quantized_weights.hpp),
 // for the Python programs beside it.
 //
 //   convert FOLDER_OF_THE_PUBLISHED_NETWORK FILE.safetensors
 
-#include <ldi/io/file.hpp>
-#include <ldi/networks/caffe2.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/caffe2.hpp>
 
 #include <nlohmann/json.hpp>
 

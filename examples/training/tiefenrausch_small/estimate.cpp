@@ -8,7 +8,7 @@
 // multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), the network's own result (height x width
 // bytes), disparity (height x width float32).
 
-#include <ldi/io/tiefenrausch_file.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
 
 #include <cstdint>
 #include <cstdio>
@@ -31,13 +31,13 @@ void serve(const ldi::tiefenrausch& network) {
     ldi::serial_executor threads;
     for (std::int32_t size[3]; read(size, 3);) {
         ldi::image<std::uint8_t> photo =
-            ldi::make_image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
+            ldi::image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
         if (!read(photo.data(), photo.size())) throw std::runtime_error("a photo that is cut off");
         if (size[2] != 0) photo = network.resize_for_network(photo, threads);
         const ldi::image<std::uint8_t> levels = network.levels(photo, threads);
         const ldi::image<float> disparity = network.disparity_of(levels);
-        const std::int32_t sides[2] = {static_cast<std::int32_t>(ldi::height(levels)),
-                                       static_cast<std::int32_t>(ldi::width(levels))};
+        const std::int32_t sides[2] = {static_cast<std::int32_t>(levels.height()),
+                                       static_cast<std::int32_t>(levels.width())};
         write(sides, 2);
         write(levels.data(), levels.size());
         write(disparity.data(), disparity.size());

@@ -8,9 +8,9 @@
 
 #include <examples/scenes/scene.hpp>
 
-#include <ldi/io/file.hpp>
-#include <ldi/io/photo.hpp>
-#include <ldi/io/picture.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/picture.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -57,7 +57,7 @@ public:
                    photograph(between(1, 3)));
         const int things = 2 + static_cast<int>(generator_() % 8);
         for (int i = 0; i < things; ++i) add_thing(far);
-        s_.light.to_sun = normalised({between(-1, 1), between(0.3, 1), between(0.1, 1)});
+        s_.light.to_sun = normalized({between(-1, 1), between(0.3, 1), between(0.1, 1)});
         const double sun = between(0.1, 0.8), sky = between(0.3, 0.8);
         s_.light.sun = {sun, sun, 0.95 * sun};
         s_.light.sky = {sky, sky, sky}, s_.light.ground = {0.6 * sky, 0.6 * sky, 0.6 * sky};
@@ -72,7 +72,7 @@ private:
     /// A photograph `size` wide, repeated as if by mirrors.
     texture photograph(double size) {
         const auto photo =
-            std::make_shared<const ldi::image<std::uint8_t>>(ldi::load_photo(photos_[generator_() % photos_.size()]).colour);
+            std::make_shared<const ldi::image<std::uint8_t>>(ldi::load_photo(photos_[generator_() % photos_.size()]).color);
         const double rows = static_cast<double>(ldi::height(*photo)), columns = static_cast<double>(ldi::width(*photo));
         const double shift_u = between(0, 1), shift_v = between(0, 1), pixels = columns / size;
         return [=](const surface_point& p) {
@@ -131,10 +131,10 @@ void write_scene(const scene& s, const std::string& name, const std::filesystem:
     options.samples = 2;
     const picture made = render(s, from, options);
     const float nearest = *std::min_element(made.depth.begin(), made.depth.end());
-    ldi::image<std::uint16_t> stored = ldi::make_image<std::uint16_t>(ldi::height(made.depth), ldi::width(made.depth));
+    ldi::image<std::uint16_t> stored(made.depth.height(), made.depth.width());
     std::transform(made.depth.begin(), made.depth.end(), stored.begin(),
                    [&](float depth) { return static_cast<std::uint16_t>(1 + std::lround(65534 * nearest / depth)); });
-    ldi::save_jpeg(folder / (name + ".jpg"), made.colour, 92);
+    ldi::save_jpeg(folder / (name + ".jpg"), made.color, 92);
     ldi::save_png(folder / (name + "_depth.png"), stored);
 }
 

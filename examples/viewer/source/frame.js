@@ -98,14 +98,14 @@ export class FlatFrame {
 
 /** Something dark over all that the camera sees, for the model to fade into. Works for a screen and for both eyes. */
 export class Veil extends Mesh {
-    /** @param {Color} colour */
-    constructor(colour) {
+    /** @param {Color} color */
+    constructor(color) {
         const material = new ShaderMaterial({
-            uniforms: { colour: { value: colour }, opacity: { value: 0 } },
+            uniforms: { color: { value: color }, opacity: { value: 0 } },
             vertexShader: "void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }",
             fragmentShader:
-                "uniform vec3 colour; uniform float opacity;" +
-                "void main() { gl_FragColor = vec4(colour, opacity);\n#include <colorspace_fragment>\n}",
+                "uniform vec3 color; uniform float opacity;" +
+                "void main() { gl_FragColor = vec4(color, opacity);\n#include <colorspace_fragment>\n}",
             transparent: true,
             depthTest: false,
             depthWrite: false,
@@ -127,10 +127,10 @@ export class Veil extends Mesh {
  * The frame in a headset: a dark wall with an opening, in front of all that the photo shows, and a lighter rim around the opening.
  *
  * @param {Photo} photo
- * @param {Color} wallColour
+ * @param {Color} wallColor
  * @returns {Group}
  */
-export function headsetFrame(photo, wallColour) {
+export function headsetFrame(photo, wallColor) {
     const distance = 0.9 * photo.nearest;
     const shown = 0.94; // of the photo's width and height
     const halfHeight = photo.halfHeight * distance * shown;
@@ -138,16 +138,16 @@ export function headsetFrame(photo, wallColour) {
     const rim = 0.03 * Math.min(halfWidth, halfHeight);
     const frame = new Group();
     frame.add(border(halfWidth, halfHeight, rim, new Color(0x3a3c44)));
-    frame.add(border(halfWidth + rim, halfHeight + rim, 50 * Math.max(halfWidth, halfHeight), wallColour));
+    frame.add(border(halfWidth + rim, halfHeight + rim, 50 * Math.max(halfWidth, halfHeight), wallColor));
     frame.position.z = -distance;
     for (const part of frame.children) part.renderOrder = 2; // after the veil: the frame stays when the model fades
     return frame;
 }
 
 /** A flat border around an opening. */
-function border(halfWidth, halfHeight, thickness, colour) {
+function border(halfWidth, halfHeight, thickness, color) {
     const rectangle = (path, w, h) => path.moveTo(-w, -h).lineTo(w, -h).lineTo(w, h).lineTo(-w, h).closePath();
     const shape = rectangle(new Shape(), halfWidth + thickness, halfHeight + thickness);
     shape.holes.push(rectangle(new Path(), halfWidth, halfHeight));
-    return new Mesh(new ShapeGeometry(shape), new MeshBasicMaterial({ color: colour, side: DoubleSide, toneMapped: false }));
+    return new Mesh(new ShapeGeometry(shape), new MeshBasicMaterial({ color: color, side: DoubleSide, toneMapped: false }));
 }

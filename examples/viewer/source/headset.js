@@ -2,13 +2,13 @@
 
 import { Quaternion, Vector3 } from "three";
 
-/** From where the neck turns to between the eyes, in metres, facing -z. */
+/** From where the neck turns to between the eyes, in meters, facing -z. */
 const neckToEyes = new Vector3(0, 0.075, -0.08);
 
 /** How far the head may go before the model fades, as a share of the distance of the nearest surface. */
 const headRoom = 0.25;
 
-/** Follows one session's head. Positions are in metres. */
+/** Follows one session's head. Positions are in meters. */
 export class Head {
     constructor() {
         /** The first pose: where the photo is to be seen from. @type {{position: Vector3, turn: Quaternion} | null} */

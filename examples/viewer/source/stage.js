@@ -7,7 +7,7 @@ import { disposeOf } from "./photo.js";
 
 /** @typedef {import("./photo.js").Photo} Photo */
 
-const wallColour = new Color(0x08090b);
+const wallColor = new Color(0x08090b);
 
 /** Sharper screens than this cost more than they show. */
 const mostPixelsPerPixel = 2;
@@ -22,14 +22,14 @@ export class Stage {
         this.canvas = canvas;
         this.motion = motion;
         this.renderer = new WebGLRenderer({ canvas, context });
-        this.renderer.toneMapping = NoToneMapping; // the photo's colours reach the screen as they are
+        this.renderer.toneMapping = NoToneMapping; // the photo's colors reach the screen as they are
         this.renderer.xr.enabled = true;
         this.renderer.xr.setReferenceSpaceType("local");
         this.camera = new PerspectiveCamera();
         this.scene = new Scene();
-        this.scene.background = wallColour;
+        this.scene.background = wallColor;
         this.place = new Group(); // at the origin on a flat screen, in front of the head in a headset
-        this.veil = new Veil(wallColour);
+        this.veil = new Veil(wallColor);
         this.scene.add(this.place, this.veil);
         /** @type {Photo | null} */
         this.photo = null;
@@ -57,7 +57,7 @@ export class Stage {
         }
         this.photo = photo;
         this.flatFrame = new FlatFrame(photo, hiddenBorder);
-        this.wall = headsetFrame(photo, wallColour);
+        this.wall = headsetFrame(photo, wallColor);
         this.sharpenTextures();
         this.place.add(photo.model, this.wall);
         this.motion.forget();

@@ -2,7 +2,7 @@
 // corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/config.hpp>
 
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace ldi {
 
-/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its centre is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
+/// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
 /// y up, the camera at the origin looking along -z.
 struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
@@ -30,8 +30,8 @@ struct pinhole_camera {
 };
 
 /// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
-inline float focal_length_from_35mm(float millimetres, std::int32_t width, std::int32_t height) {
-    return millimetres * std::hypot(static_cast<float>(width), static_cast<float>(height)) / std::hypot(36.0F, 24.0F);
+inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
+    return millimeters * std::hypot(static_cast<float>(width), static_cast<float>(height)) / std::hypot(36.0F, 24.0F);
 }
 
 /// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
@@ -43,7 +43,7 @@ inline float focal_length_from_field_of_view(float degrees, std::int32_t width, 
 /// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
 /// disparity move equally far on screen.
 struct depth_range {
-    float z_near = 1.0F;  ///< depth of disparity 1, in metres where known
+    float z_near = 1.0F;  ///< depth of disparity 1, in meters where known
     float z_far = 10.0F;  ///< depth of disparity 0
 
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }

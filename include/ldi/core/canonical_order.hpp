@@ -2,12 +2,12 @@
 // first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
@@ -15,17 +15,17 @@ namespace ldi {
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
 ///            order does.
-inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
-    std::vector<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
+    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
     for (std::size_t i = 0; i < g.size(); ++i)
         if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
-    std::vector<std::int32_t> starts(first_run.back());
-    std::vector<std::size_t> next(first_run.begin(), first_run.end() - 1);
+    buffer<std::int32_t> starts(first_run.back());
+    buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) starts[next[static_cast<std::size_t>(g.y[i])]++] = static_cast<std::int32_t>(i);
+        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = static_cast<std::int32_t>(i);
 
     const auto before = [&](std::int32_t a, std::int32_t b) {
         const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
@@ -33,22 +33,22 @@ inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const
         if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
         return a < b;
     };
-    std::vector<std::int32_t> order;
+    buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
         const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
         const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
-            for (std::int32_t i = *start; i != no_pixel; i = g.right[static_cast<std::size_t>(i)]) order.push_back(i);
+            for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
     }
     return order;
 }
 
 /// A K x channels column in a new order.
 template <class Scalar>
-std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
-    std::vector<Scalar> result(order.size() * channels);
+buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
+    buffer<Scalar> result(order.size() * channels);
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
             result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];
@@ -58,18 +58,18 @@ std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const
 /// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
-    std::vector<std::int32_t> new_index(g.size());
-    for (std::size_t i = 0; i < order.size(); ++i) new_index[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
+    buffer<std::int32_t> new_index(g.size());
+    for (std::size_t i = 0; i < order.size(); ++i) new_index[order[i]] = static_cast<std::int32_t>(i);
     graph result;
     result.width = g.width, result.height = g.height;
     result.x = reordered(g.x, order), result.y = reordered(g.y, order);
     for (side s : all_sides) {
-        const std::vector<std::int32_t>& from = g.neighbours(s);
-        std::vector<std::int32_t>& to = result.neighbours(s);
+        const buffer<std::int32_t>& from = g.neighbors(s);
+        buffer<std::int32_t>& to = result.neighbors(s);
         to.resize(order.size());
         for (std::size_t i = 0; i < order.size(); ++i) {
-            const std::int32_t neighbour = from[static_cast<std::size_t>(order[i])];
-            to[i] = neighbour == no_pixel ? no_pixel : new_index[static_cast<std::size_t>(neighbour)];
+            const std::int32_t neighbor = from[order[i]];
+            to[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
         }
     }
     return result;

@@ -2,6 +2,7 @@
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <cstddef>
@@ -9,15 +10,14 @@
 #include <initializer_list>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
     graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    std::vector<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
-    std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
+    buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
 /// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
@@ -35,7 +35,7 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
         for (side s : path)
-            if ((at = g.neighbour(at, s)) == no_pixel) break;
+            if ((at = g.neighbor(at, s)) == no_pixel) break;
         return at;
     };
     const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
@@ -47,18 +47,18 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbour of the one before it.
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
 struct linked_run {
     std::int32_t first, last;
 };
 
 /// Every pixel in one run. Most of a canonical graph is long ones.
-inline std::vector<linked_run> runs_side_by_side(const graph& g) {
-    std::vector<linked_run> runs;
+inline buffer<linked_run> runs_side_by_side(const graph& g) {
+    buffer<linked_run> runs;
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
-        while (last < count && g.right[static_cast<std::size_t>(last - 1)] == last) ++last;
+        while (last < count && g.right[last - 1] == last) ++last;
         runs.push_back({first, last});
     }
     return runs;
@@ -66,12 +66,12 @@ inline std::vector<linked_run> runs_side_by_side(const graph& g) {
 
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
 inline std::int32_t first_kept(const graph& g, const linked_run& run) {
-    return run.first + (g.x[static_cast<std::size_t>(run.first)] & 1);
+    return run.first + (g.x[run.first] & 1);
 }
 
 /// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
 inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const linked_run& run) { return (g.y[static_cast<std::size_t>(run.first)] & 1) == 0; };
+    const auto is_even_row = [&](const linked_run& run) { return (g.y[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const linked_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
@@ -87,7 +87,7 @@ inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, c
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
             result.topology.x[n] = x, result.topology.y[n] = y;
-            result.parent[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(n);
+            result.parent[i] = static_cast<std::int32_t>(n);
         }
     }
 }
@@ -95,33 +95,33 @@ inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, c
 /// Links kept pixels that a straight path of two links joins.
 inline void link_kept_pixels(const graph& g, coarsened& result) {
     for (side s : all_sides) {
-        const std::vector<std::int32_t>& fine = g.neighbours(s);
-        std::vector<std::int32_t>& coarse = result.topology.neighbours(s);
+        const buffer<std::int32_t>& fine = g.neighbors(s);
+        buffer<std::int32_t>& coarse = result.topology.neighbors(s);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
-            const std::int32_t between = fine[static_cast<std::size_t>(result.kept[i])];
-            const std::int32_t other = between == no_pixel ? no_pixel : fine[static_cast<std::size_t>(between)];
-            coarse[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
+            const std::int32_t between = fine[result.kept[i]];
+            const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
+            coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
         }
     }
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const linked_run& run, std::vector<std::int32_t>& parent) {
+inline void find_parents(const graph& g, const linked_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
-        return corner == no_pixel ? no_pixel : parent[static_cast<std::size_t>(corner)];
+        return corner == no_pixel ? no_pixel : parent[corner];
     };
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
-    if ((g.y[static_cast<std::size_t>(run.first)] & 1) == 0) {
-        if ((run.first ^ odd) % 2 == 0) parent[static_cast<std::size_t>(run.first)] = by_corner(run.first);
+    if ((g.y[run.first] & 1) == 0) {
+        if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
-            parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(i - 1)];
+            parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
-        std::int32_t corner = g.up[static_cast<std::size_t>(i)];
-        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[static_cast<std::size_t>(corner)];
-        parent[static_cast<std::size_t>(i)] = corner == no_pixel ? by_corner(i) : parent[static_cast<std::size_t>(corner)];
+        std::int32_t corner = g.up[i];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[corner];
+        parent[i] = corner == no_pixel ? by_corner(i) : parent[corner];
     }
 }
 
@@ -129,19 +129,19 @@ inline void find_parents(const graph& g, const linked_run& run, std::vector<std:
 /// down, left, right finds it; leaves no_pixel where there is none in reach.
 ///
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
-/// as the neighbour's own path does: pixels can be settled in the order of their distance.
-inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& parent) {
+/// as the neighbor's own path does: pixels can be settled in the order of their distance.
+inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(pixel, s);
-            if (n != no_pixel && parent[static_cast<std::size_t>(n)] != no_pixel) return parent[static_cast<std::size_t>(n)];
+            const std::int32_t n = g.neighbor(pixel, s);
+            if (n != no_pixel && parent[n] != no_pixel) return parent[n];
         }
         return no_pixel;
     };
     struct adoption {
         std::int32_t pixel, parent;
     };
-    std::vector<adoption> ring, next;
+    buffer<adoption> ring, next;
     for (std::size_t i = 0; i < g.size(); ++i) {
         if (parent[i] != no_pixel) continue;
         const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
@@ -149,12 +149,12 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
     }
     while (!ring.empty()) {
         // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
-        for (const adoption& a : ring) parent[static_cast<std::size_t>(a.pixel)] = a.parent;
+        for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
             for (side s : all_sides) {
-                const std::int32_t n = g.neighbour(a.pixel, s);
-                if (n != no_pixel && parent[static_cast<std::size_t>(n)] == no_pixel) next.push_back({n, parent_beside(n)});
+                const std::int32_t n = g.neighbor(a.pixel, s);
+                if (n != no_pixel && parent[n] == no_pixel) next.push_back({n, parent_beside(n)});
             }
         std::swap(ring, next);
     }
@@ -172,7 +172,7 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    const std::vector<detail::linked_run> runs = detail::runs_side_by_side(g);
+    const buffer<detail::linked_run> runs = detail::runs_side_by_side(g);
     detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result);
     for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);

@@ -1,18 +1,18 @@
-// Isotropic diffusion of colours into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
-// inpainting that needs no network): each unknown cell becomes the mean of its neighbours, which is the smoothest way through the
+// Isotropic diffusion of colors into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
+// inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the smoothest way through the
 // known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
 //
 // Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
 // until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colours.
+// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colors.
 #pragma once
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace ldi {
 
@@ -21,13 +21,13 @@ namespace ldi {
 ///     diffusion d;
 ///     d.start();
 ///     const std::int32_t cell = d.add_cell(3, 7);
-///     d.add_known_neighbour(cell, red_green_blue);
+///     d.add_known_neighbor(cell, red_green_blue);
 ///     d.solve(4);
-///     d.colour(cell)[0];
+///     d.color(cell)[0];
 class diffusion {
 public:
     /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
-    using colour_type = std::array<float, 4>;
+    using color_type = std::array<float, 4>;
 
     /// Forgets all cells.
     void start() {
@@ -39,10 +39,10 @@ public:
     /// one position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
-    /// Says that a neighbour of the cell has a known colour: red, green, blue.
-    void add_known_neighbour(std::int32_t cell, const std::uint8_t* colour) {
-        colour_type& sum = levels_[0].known[static_cast<std::size_t>(cell)];
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(colour[c]);
+    /// Says that a neighbor of the cell has a known color: red, green, blue.
+    void add_known_neighbor(std::int32_t cell, const std::uint8_t* color) {
+        color_type& sum = levels_[0].known[cell];
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(color[c]);
         sum[3] += 1.0F;
     }
 
@@ -54,7 +54,7 @@ public:
     /// The number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all colours with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known colour gets the
+    /// Finds all colors with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known color gets the
     /// mean of all known ones.
     void solve(int rounds) {
         if (size() == 0) return;
@@ -71,27 +71,27 @@ public:
                 here.start_from_known();
             } else {
                 for (std::size_t i = 1; i < here.value.size(); ++i)
-                    here.value[i] = levels_[l + 1].value[static_cast<std::size_t>(here.parent[i])];
+                    here.value[i] = levels_[l + 1].value[here.parent[i]];
             }
             here.prepare();
             for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
         }
     }
 
-    /// The colour of a cell, once solved.
-    const colour_type& colour(std::int32_t cell) const { return levels_[0].value[static_cast<std::size_t>(cell)]; }
+    /// The color of a cell, once solved.
+    const color_type& color(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is black and stands for every neighbour that does not exist.
+    /// Cell 0 is black and stands for every neighbor that does not exist.
     struct level {
-        std::vector<colour_type> value;
-        /// Sum over known neighbours, and their number; after prepare(), 1 / number of all neighbours.
-        std::vector<colour_type> known;
-        std::vector<std::array<std::int32_t, 4>> links;
-        std::vector<std::array<std::int32_t, 2>> position;
-        std::vector<std::int32_t> parent;
+        buffer<color_type> value;
+        /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
+        buffer<color_type> known;
+        buffer<std::array<std::int32_t, 4>> links;
+        buffer<std::array<std::int32_t, 2>> position;
+        buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
 
@@ -109,13 +109,13 @@ private:
         }
 
         void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            links[static_cast<std::size_t>(a)][from_a] = b;
-            links[static_cast<std::size_t>(b)][from_b] = a;
+            links[a][from_a] = b;
+            links[b][from_b] = a;
         }
 
-        /// Where surfaces branch a joined cell may have two neighbours on a side; it keeps the first.
+        /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            if (links[static_cast<std::size_t>(a)][from_a] == 0 && links[static_cast<std::size_t>(b)][from_b] == 0)
+            if (links[a][from_a] == 0 && links[b][from_b] == 0)
                 link(a, b, from_a, from_b);
         }
 
@@ -126,21 +126,21 @@ private:
         }
 
         void start_from_known() {
-            colour_type all{};
-            for (const colour_type& k : known)
+            color_type all{};
+            for (const color_type& k : known)
                 for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
             for (std::size_t i = 1; i < value.size(); ++i) {
-                const colour_type& from = known[i][3] > 0.0F ? known[i] : all;
+                const color_type& from = known[i][3] > 0.0F ? known[i] : all;
                 for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
             }
         }
 
         void prepare() {
             for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbours = known[i][3];
-                for (std::int32_t other : links[i]) neighbours += other != 0 ? 1.0F : 0.0F;
-                if (neighbours == 0.0F) known[i] = value[i], neighbours = 1.0F;  // stays as it is
-                known[i][3] = 1.0F / neighbours;
+                float neighbors = known[i][3];
+                for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
+                if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
+                known[i][3] = 1.0F / neighbors;
             }
         }
 
@@ -148,12 +148,12 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                const colour_type& up = value[static_cast<std::size_t>(links[i][upwards])];
-                const colour_type& down = value[static_cast<std::size_t>(links[i][downwards])];
-                const colour_type& left = value[static_cast<std::size_t>(links[i][to_left])];
-                const colour_type& right = value[static_cast<std::size_t>(links[i][to_right])];
-                const colour_type& k = known[i];
-                colour_type mean;
+                const color_type& up = value[links[i][upwards]];
+                const color_type& down = value[links[i][downwards]];
+                const color_type& left = value[links[i][to_left]];
+                const color_type& right = value[links[i][to_right]];
+                const color_type& k = known[i];
+                color_type mean;
                 for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
                 value[i] = mean;
             }
@@ -166,17 +166,17 @@ private:
         fine.parent.assign(fine.value.size(), 0);
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t x = fine.position[i][0], y = fine.position[i][1];
-            std::int32_t parent = x % 2 == 1 ? fine.parent[static_cast<std::size_t>(fine.links[i][to_left])] : 0;
-            if (parent == 0 && y % 2 == 1) parent = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            std::int32_t parent = x % 2 == 1 ? fine.parent[fine.links[i][to_left]] : 0;
+            if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            colour_type& known = coarse.known[static_cast<std::size_t>(parent)];
+            color_type& known = coarse.known[parent];
             for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];
-            const std::int32_t left = fine.parent[static_cast<std::size_t>(fine.links[i][to_left])];
-            const std::int32_t up = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            const std::int32_t left = fine.parent[fine.links[i][to_left]];
+            const std::int32_t up = fine.parent[fine.links[i][upwards]];
             if (left != 0 && left != here) coarse.link_if_free(left, here, to_right, to_left);
             if (up != 0 && up != here) coarse.link_if_free(up, here, downwards, upwards);
         }
@@ -186,7 +186,7 @@ private:
     /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
     static constexpr float known_weight = 2.0F / 3.0F;
 
-    std::vector<level> levels_;
+    buffer<level> levels_;
 };
 
 }  // namespace ldi

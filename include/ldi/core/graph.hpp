@@ -1,17 +1,17 @@
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbour a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
+// neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
-/// The index of a neighbour that does not exist.
+/// The index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
 
 /// The four sides of a pixel. Up is towards smaller y.
@@ -34,20 +34,20 @@ constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side:
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
 /// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbour of a pixel at (x, y) lies at (x - 1, y), and so on round.
+/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and so on round.
 ///
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
     std::int32_t width = 0, height = 0;               ///< of the lattice
-    std::vector<std::int32_t> x, y;                   ///< position, K each
-    std::vector<std::int32_t> up, down, left, right;  ///< neighbour's index or no_pixel, K each
+    buffer<std::int32_t> x, y;                   ///< position, K each
+    buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
 
-    std::vector<std::int32_t>& neighbours(side s) {
-        return const_cast<std::vector<std::int32_t>&>(std::as_const(*this).neighbours(s));
+    buffer<std::int32_t>& neighbors(side s) {
+        return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s));
     }
-    const std::vector<std::int32_t>& neighbours(side s) const {
+    const buffer<std::int32_t>& neighbors(side s) const {
         switch (s) {
             case side::up: return up;
             case side::down: return down;
@@ -57,33 +57,33 @@ struct graph {
         return right;
     }
 
-    std::int32_t neighbour(std::int32_t pixel, side s) const { return neighbours(s)[static_cast<std::size_t>(pixel)]; }
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
     /// Makes room for K pixels; new ones are unset.
     void resize(std::size_t count) {
-        for (std::vector<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+        for (buffer<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
     }
 
     /// Appends an unlinked pixel and returns its index.
     std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
         x.push_back(pixel_x), y.push_back(pixel_y);
-        for (side s : all_sides) neighbours(s).push_back(no_pixel);
+        for (side s : all_sides) neighbors(s).push_back(no_pixel);
         return static_cast<std::int32_t>(size()) - 1;
     }
 
-    /// Makes `b` the neighbour of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
     void link(std::int32_t a, side s, std::int32_t b) {
-        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
-        std::int32_t& back = neighbours(opposite(s))[static_cast<std::size_t>(b)];
+        std::int32_t& there = neighbors(s)[a];
+        std::int32_t& back = neighbors(opposite(s))[b];
         LDI_ASSERT(there == no_pixel && back == no_pixel);
         there = b, back = a;
     }
 
     /// Removes the link of `a` on side `s`, if there is one.
     void unlink(std::int32_t a, side s) {
-        std::int32_t& there = neighbours(s)[static_cast<std::size_t>(a)];
+        std::int32_t& there = neighbors(s)[a];
         if (there == no_pixel) return;
-        neighbours(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        neighbors(opposite(s))[there] = no_pixel;
         there = no_pixel;
     }
 };

@@ -1,56 +1,145 @@
-// Row-major images, H x W x C, channels last. An image is an xtensor container, so it reads from and writes to NumPy, slices and
-// prints like one; loops go through row(), because lazy views cost ten times as much.
+// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes in
+// without a copy, and return an `image`, which owns its values.
 #pragma once
 
-#include <xtensor/xtensor.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/base/memory.hpp>
 
+#include <concepts>
 #include <cstddef>
-#include <cstdint>
+#include <type_traits>
+#include <utility>
 
 namespace ldi {
 
-/// H x W x C, row-major. `image(y, x, c)` addresses a value.
+/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot change
+/// them, and is what stages take.
+///
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
-using image = xt::xtensor<Scalar, 3, xt::layout_type::row_major>;
+class image_view {
+public:
+    using value_type = std::remove_const_t<Scalar>;
 
-/// An image of the given size. Its values are not set.
-template <class Scalar>
-image<Scalar> make_image(std::size_t height, std::size_t width, std::size_t channels = 1) {
-    return image<Scalar>::from_shape({height, width, channels});
-}
+    image_view() = default;
+    /// row_stride  values from a row to the next; 0 for rows without a gap
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
+        : data_(data), height_(height), width_(width), channels_(channels), row_stride_(row_stride == 0 ? width * channels : row_stride) {
+        LDI_ASSERT(row_stride_ >= width * channels);
+    }
+    /// What may be changed may be read.
+    image_view(const image_view<value_type>& other)
+        requires std::is_const_v<Scalar>
+        : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
 
-/// An image of the given size with every value set to `value`.
-template <class Scalar>
-image<Scalar> make_image(std::size_t height, std::size_t width, std::size_t channels, Scalar value) {
-    image<Scalar> result = make_image<Scalar>(height, width, channels);
-    result.fill(value);
-    return result;
-}
+    std::size_t height() const { return height_; }
+    std::size_t width() const { return width_; }
+    std::size_t channels() const { return channels_; }
+    std::size_t row_stride() const { return row_stride_; }
+    bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
 
-template <class Scalar>
-std::size_t height(const image<Scalar>& i) {
-    return i.shape(0);
-}
+    /// The first value of the first row.
+    Scalar* data() const { return data_; }
+    /// The W x C values of row y, contiguous.
+    template <std::integral Index>
+    Scalar* row(Index y) const {
+        return data_ + static_cast<std::size_t>(y) * row_stride_;
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar& operator()(Y y, X x, Channel c = 0) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ && static_cast<std::size_t>(c) < channels_);
+        return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
+    }
 
-template <class Scalar>
-std::size_t width(const image<Scalar>& i) {
-    return i.shape(1);
-}
+private:
+    Scalar* data_ = nullptr;
+    std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
+};
 
+/// H x W x C values of its own, without gaps.
 template <class Scalar>
-std::size_t channels(const image<Scalar>& i) {
-    return i.shape(2);
-}
+class image {
+public:
+    using value_type = Scalar;
 
-/// The W x C values of row y, contiguous.
-template <class Scalar>
-Scalar* row(image<Scalar>& i, std::size_t y) {
-    return i.data() + y * width(i) * channels(i);
-}
+    image() = default;
+    /// Values are zero.
+    image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
+    /// Values are not set.
+    image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
+        : values_(height * width * channels, unset), height_(height), width_(width), channels_(channels) {}
+    /// Every value is `value`.
+    image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
+        : values_(height * width * channels, value), height_(height), width_(width), channels_(channels) {}
+    /// A copy of what a view shows.
+    explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
+        const std::size_t values = width_ * channels_;
+        for (std::size_t y = 0; y < height_; ++y)
+            for (std::size_t i = 0; i < values; ++i) row(y)[i] = view.row(y)[i];
+    }
+    image(const image&) = default;
+    image& operator=(const image&) = default;
+    image(image&& other) noexcept
+        : values_(std::move(other.values_)),
+          height_(std::exchange(other.height_, 0)),
+          width_(std::exchange(other.width_, 0)),
+          channels_(std::exchange(other.channels_, 0)) {}
+    image& operator=(image&& other) noexcept {
+        values_ = std::move(other.values_);
+        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0), channels_ = std::exchange(other.channels_, 0);
+        return *this;
+    }
 
-template <class Scalar>
-const Scalar* row(const image<Scalar>& i, std::size_t y) {
-    return i.data() + y * width(i) * channels(i);
+    std::size_t height() const { return height_; }
+    std::size_t width() const { return width_; }
+    std::size_t channels() const { return channels_; }
+    std::size_t row_stride() const { return width_ * channels_; }
+    /// H W C
+    std::size_t size() const { return values_.size(); }
+    bool empty() const { return values_.empty(); }
+
+    image_view<Scalar> view() { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const { return {data(), height_, width_, channels_}; }
+    operator image_view<Scalar>() { return view(); }
+    operator image_view<const Scalar>() const { return view(); }
+
+    Scalar* data() { return values_.data(); }
+    const Scalar* data() const { return values_.data(); }
+    Scalar* begin() { return values_.begin(); }
+    const Scalar* begin() const { return values_.begin(); }
+    Scalar* end() { return values_.end(); }
+    const Scalar* end() const { return values_.end(); }
+
+    /// The W x C values of row y, contiguous.
+    template <std::integral Index>
+    Scalar* row(Index y) {
+        return view().row(y);
+    }
+    template <std::integral Index>
+    const Scalar* row(Index y) const {
+        return view().row(y);
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar& operator()(Y y, X x, Channel c = 0) {
+        return view()(y, x, c);
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    const Scalar& operator()(Y y, X x, Channel c = 0) const {
+        return view()(y, x, c);
+    }
+
+    friend bool operator==(const image& a, const image& b) {
+        return a.height_ == b.height_ && a.width_ == b.width_ && a.channels_ == b.channels_ && a.values_ == b.values_;
+    }
+
+private:
+    buffer<Scalar> values_;
+    std::size_t height_ = 0, width_ = 0, channels_ = 0;
+};
+
+/// Whether two images or views have the same height, width and channels.
+bool same_shape(const auto& a, const auto& b) {
+    return a.height() == b.height() && a.width() == b.width() && a.channels() == b.channels();
 }
 
 }  // namespace ldi

@@ -2,7 +2,8 @@
 // by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 
@@ -12,7 +13,6 @@
 #include <span>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -24,7 +24,7 @@ concept payload_column = requires {
 };
 
 /// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
-struct colour_column {
+struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
 };
@@ -35,7 +35,7 @@ struct disparity_column {
     static constexpr std::size_t channels = 1;
 };
 
-/// 1 where the photo gives the colour, 0 where it must be inpainted.
+/// 1 where the photo gives the color, 0 where it must be inpainted.
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
@@ -58,11 +58,11 @@ public:
     std::size_t size() const { return topology.size(); }
 
     template <payload_column Column>
-    std::vector<typename Column::scalar>& column() {
+    buffer<typename Column::scalar>& column() {
         return std::get<storage<Column>>(columns_).values;
     }
     template <payload_column Column>
-    const std::vector<typename Column::scalar>& column() const {
+    const buffer<typename Column::scalar>& column() const {
         return std::get<storage<Column>>(columns_).values;
     }
 
@@ -92,7 +92,7 @@ public:
     /// kept  one a pixel
     void keep(std::span<const std::uint8_t> kept) {
         LDI_ASSERT(kept.size() == size());
-        std::vector<std::int32_t> order;
+        buffer<std::int32_t> order;
         std::size_t count = 0;
         for (const bool stays : {true, false}) {
             for (std::size_t i = 0; i < kept.size(); ++i)
@@ -109,12 +109,12 @@ public:
 private:
     template <class Column>
     struct storage {
-        std::vector<typename Column::scalar> values;
+        buffer<typename Column::scalar> values;
     };
     std::tuple<storage<Columns>...> columns_;
 };
 
 /// The layered image that a photo becomes.
-using photo_layers = layered_image<colour_column, disparity_column, known_column>;
+using photo_layers = layered_image<color_column, disparity_column, known_column>;
 
 }  // namespace ldi

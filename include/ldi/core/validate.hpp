@@ -1,6 +1,7 @@
 // Checks every invariant of a graph and says which is broken, and where. Tests call it after every stage; so may you.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 
@@ -8,7 +9,6 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <vector>
 
 namespace ldi {
 
@@ -16,9 +16,9 @@ namespace ldi {
 enum class invariant {
     equal_columns,       ///< all six columns have the same length
     inside_lattice,      ///< 0 <= x < width and 0 <= y < height
-    neighbour_in_range,  ///< a neighbour is no_pixel or the index of a pixel
-    mutual_links,        ///< the neighbour's neighbour on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbour lies one step to its side
+    neighbor_in_range,  ///< a neighbor is no_pixel or the index of a pixel
+    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,       ///< a neighbor lies one step to its side
     canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
 };
 
@@ -26,9 +26,9 @@ constexpr std::string_view to_string(invariant i) {
     switch (i) {
         case invariant::equal_columns: return "columns of equal length";
         case invariant::inside_lattice: return "position inside the lattice";
-        case invariant::neighbour_in_range: return "neighbour index in range";
+        case invariant::neighbor_in_range: return "neighbor index in range";
         case invariant::mutual_links: return "mutual links";
-        case invariant::one_step_away: return "neighbour one step away";
+        case invariant::one_step_away: return "neighbor one step away";
         case invariant::canonical_order: return "canonical order";
     }
     return "unknown invariant";
@@ -43,7 +43,7 @@ struct violation {
 /// Nothing if the graph is sound.
 inline std::optional<violation> validate(const graph& g) {
     for (side s : all_sides)
-        if (g.neighbours(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
+        if (g.neighbors(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     if (g.y.size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
@@ -52,17 +52,17 @@ inline std::optional<violation> validate(const graph& g) {
     }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
-            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbour_in_range, i};
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbor_in_range, i};
         }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
-            if (n != no_pixel && g.neighbour(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && g.neighbor(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
         }
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
-            const std::int32_t n = g.neighbour(i, s);
+            const std::int32_t n = g.neighbor(i, s);
             if (n == no_pixel) continue;
             const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
             if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
@@ -73,7 +73,7 @@ inline std::optional<violation> validate(const graph& g) {
 /// validate(), and that pixels stand in canonical order. `disparity` as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
-    const std::vector<std::int32_t> order = canonical_order(g, disparity);
+    const buffer<std::int32_t> order = canonical_order(g, disparity);
     for (std::size_t i = 0; i < order.size(); ++i)
         if (order[i] != static_cast<std::int32_t>(i)) return violation{invariant::canonical_order, static_cast<std::int32_t>(i)};
     return std::nullopt;

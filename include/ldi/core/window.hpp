@@ -1,4 +1,4 @@
-// Breadth-first k x k neighbourhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
+// Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
 // "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
 #pragma once
 
@@ -22,13 +22,13 @@ struct reached_element {
 };
 }  // namespace detail
 
-/// Fills `window` with the pixels under a kernel centred on `pixel`.
+/// Fills `window` with the pixels under a kernel centerd on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
 ///              (column - kernel_size / 2, row - kernel_size / 2) from `pixel`, or no_pixel where no link leads inside the window
 ///
-/// Exploration is breadth-first from the centre: elements are taken up in the order in which they were reached, and from each
+/// Exploration is breadth-first from the center: elements are taken up in the order in which they were reached, and from each
 /// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
 /// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
@@ -55,8 +55,8 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
         for (side s : all_sides) {
             const std::int32_t row = from.row + step_y(s), column = from.column + step_x(s);
             if (row < 0 || row >= kernel_size || column < 0 || column >= kernel_size) continue;
-            const std::int32_t neighbour = g.neighbour(from.pixel, s);
-            if (neighbour != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbour);
+            const std::int32_t neighbor = g.neighbor(from.pixel, s);
+            if (neighbor != no_pixel && element(row, column) == no_pixel) reach(row, column, neighbor);
         }
     }
 }

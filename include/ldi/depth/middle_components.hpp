@@ -2,7 +2,8 @@
 // (paper, section "Depth Pre-processing", connected components).
 #pragma once
 
-#include <ldi/core/detail/disjoint_sets.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/disjoint_sets.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 
@@ -11,12 +12,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
 struct middle_component_options {
-    /// Neighbours that differ by more than this in disparity are not connected (the paper's tau_disp).
+    /// Neighbors that differ by more than this in disparity are not connected (the paper's tau_disp).
     float discontinuity_threshold = 0.05F;
     /// Components with fewer pixels than this are merged.
     std::int32_t smallest_size = 20;
@@ -24,33 +24,33 @@ struct middle_component_options {
 
 namespace detail {
 
-// A maximal piece of a row whose neighbouring pixels are connected: pixels [first, last) of row y.
+// A maximal piece of a row whose neighboring pixels are connected: pixels [first, last) of row y.
 struct pixel_run {
     std::int32_t y, first, last;
 };
 
 // Pixels of the photo that are connected, as runs and the component of each run.
 struct image_components {
-    std::vector<pixel_run> runs;
-    std::vector<std::size_t> row_start;  // the first run of each row, and one past the last
-    std::vector<std::int32_t> label;     // the component of each run
+    buffer<pixel_run> runs;
+    buffer<std::size_t> row_start;  // the first run of each row, and one past the last
+    buffer<std::int32_t> label;     // the component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
-        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y)]);
+        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
         const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
         const auto after =
             std::upper_bound(first, last, x, [](std::int32_t value, const pixel_run& r) { return value < r.first; });
-        return label[static_cast<std::size_t>(after - runs.begin() - 1)];
+        return label[after - runs.begin() - 1];
     }
 };
 
 inline image_components find_components(const image<float>& disparity, float threshold) {
     image_components found;
-    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
     disjoint_sets sets;
     std::size_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
-        const float* here = row(disparity, static_cast<std::size_t>(y));
+        const float* here = disparity.row(static_cast<std::size_t>(y));
         const std::size_t first = found.runs.size();
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
@@ -80,7 +80,7 @@ inline image_components find_components(const image<float>& disparity, float thr
 
 // The pixels of one small component.
 struct small_component {
-    std::vector<pixel_run> runs;
+    buffer<pixel_run> runs;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
@@ -98,15 +98,15 @@ struct small_component {
 /// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
 inline std::size_t merge_middle_components(image<float>& disparity, const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, options.discontinuity_threshold);
-    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
 
-    std::vector<std::int32_t> size, small_index;
+    buffer<std::int32_t> size, small_index;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (label >= size.size()) size.resize(label + 1, 0);
         size[label] += components.runs[r].last - components.runs[r].first;
     }
-    std::vector<detail::small_component> small;
+    buffer<detail::small_component> small;
     small_index.assign(size.size(), -1);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
@@ -115,16 +115,16 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
             small_index[label] = static_cast<std::int32_t>(small.size());
             small.emplace_back();
         }
-        small[static_cast<std::size_t>(small_index[label])].runs.push_back(components.runs[r]);
+        small[small_index[label]].runs.push_back(components.runs[r]);
     }
 
-    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return row(disparity, static_cast<std::size_t>(y))[x]; };
+    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(static_cast<std::size_t>(y))[x]; };
     struct assignment {
         std::int32_t x, y;
         float disparity;
     };
     std::size_t merged = 0;
-    std::vector<assignment> pending, next;
+    buffer<assignment> pending, next;
     for (const detail::small_component& component : small) {
         const std::int32_t label = components.at(component.runs.front().first, component.runs.front().y);
         // Every pixel side on the component's boundary, with the pixel across it.
@@ -147,7 +147,7 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
             if ((other > value(x, y)) == to_nearer) pending.push_back({x, y, other});
         });
         // Breadth first: a pixel takes the value that reaches it first.
-        std::vector<std::pair<std::int32_t, std::int32_t>> done;
+        buffer<std::pair<std::int32_t, std::int32_t>> done;
         const auto is_done = [&](std::int32_t x, std::int32_t y) {
             return std::find(done.begin(), done.end(), std::pair{x, y}) != done.end();
         };

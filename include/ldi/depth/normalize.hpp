@@ -1,15 +1,15 @@
 // Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -17,7 +17,7 @@ struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
     /// from squeezing all others.
     float clipped_share = 0.001F;
-    /// How much two neighbouring steps of a quantised source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
+    /// How much two neighboring steps of a quantized source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
     /// whose 8 bits are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
     /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
@@ -26,9 +26,9 @@ struct normalize_options {
     /// True where the source is 1 / depth up to scale, so that ratios of distances are known. False where it is known only up to
     /// scale and shift: then distances are a guess, `assumed_range`.
     bool is_inverse_depth = true;
-    /// True where the source is 1 / depth in metres, so that distances themselves are known. Needs is_inverse_depth.
+    /// True where the source is 1 / depth in meters, so that distances themselves are known. Needs is_inverse_depth.
     bool is_metric = false;
-    /// In metres; used where distances are not known.
+    /// In meters; used where distances are not known.
     depth_range assumed_range = {};
     /// The farthest surface is put at most this many times as far as the nearest: at the horizon, disparity is noise.
     float largest_depth_ratio = 50.0F;
@@ -51,7 +51,7 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
               "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
               std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
                   std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
-    std::vector<float> sorted(source.data(), source.data() + source.size());
+    buffer<float> sorted(source.data(), source.data() + source.size());
     if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
     for (float value : sorted)
         if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
@@ -68,7 +68,7 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
     const double step = std::abs(highest) * options.relative_step;
     const double span = std::max(highest - lowest, step / options.largest_step);
 
-    normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
+    normalized_disparity result{image<float>(source.height(), source.width(), source.channels(), unset), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (std::size_t i = 0; i < source.size(); ++i)
         result.disparity.data()[i] = static_cast<float>(std::clamp(1.0 - (highest - source.data()[i]) * scale, 0.0, 1.0));

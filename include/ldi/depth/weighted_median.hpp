@@ -1,15 +1,16 @@
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
 // samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
-// Weights fall off with the difference in disparity to the centre; samples next to an edge have none, which forces a decision
+// Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
 // between the two sides.
 //
-// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighbouring
+// Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 #pragma once
 
-#include <ldi/core/detail/four_floats.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/four_floats.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
@@ -19,14 +20,13 @@
 #include <limits>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
 struct weighted_median_options {
-    /// Standard deviation of the Gaussian on the difference in disparity to the centre.
+    /// Standard deviation of the Gaussian on the difference in disparity to the center.
     float sigma = 0.2F;
-    /// A sample with one of its 4 neighbours farther away than this in disparity has no weight.
+    /// A sample with one of its 4 neighbors farther away than this in disparity has no weight.
     float edge_threshold = 0.05F;
 };
 
@@ -75,7 +75,7 @@ constexpr positions merge(network<Capacity>& n, const positions& a, const positi
     positions a_even, a_odd, b_even, b_odd;
     for (std::size_t i = 0; i < a.count; ++i) (i % 2 == 0 ? a_even : a_odd).add(a.at[i]);
     for (std::size_t i = 0; i < b.count; ++i) (i % 2 == 0 ? b_even : b_odd).add(b.at[i]);
-    // Even elements of both lists merge, odd elements of both merge; then neighbours in the interleaved list are put in order.
+    // Even elements of both lists merge, odd elements of both merge; then neighbors in the interleaved list are put in order.
     const positions even = merge(n, a_even, b_even), odd = merge(n, a_odd, b_odd);
     positions merged;
     merged.add(even.at[0]);
@@ -123,13 +123,13 @@ inline void run(four_floats* values) {
     run<Network>(values, std::make_index_sequence<Network.steps.count>{});
 }
 
-// The part of a row's work that neighbouring windows share: sorted columns, and sorted pairs of columns.
+// The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    std::vector<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
+    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
 
     explicit sorted_columns(std::size_t stride) {
-        for (std::vector<float>& plane : single) plane.resize(stride + wide);
-        for (std::vector<float>& plane : pair) plane.resize(stride + wide);
+        for (buffer<float>& plane : single) plane.resize(stride + wide);
+        for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
     // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
@@ -156,13 +156,13 @@ struct sorted_columns {
     // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
     // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
     // exactly.
-    four_floats filter(std::size_t x, four_floats centre, float sigma) const {
+    four_floats filter(std::size_t x, four_floats center, float sigma) const {
         const four_floats low =
             smaller(smaller(load(pair[0].data() + x), load(pair[0].data() + x + 2)), load(single[0].data() + x + 4));
         const four_floats high =
             larger(larger(load(pair[9].data() + x), load(pair[9].data() + x + 2)), load(single[4].data() + x + 4));
-        const auto alike = (high - centre < 0.39F * sigma) & (centre - low < 0.39F * sigma);  // weights above 1 - 1.9/26
-        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, centre, sigma);
+        const auto alike = (high - center < 0.39F * sigma) & (center - low < 0.39F * sigma);  // weights above 1 - 1.9/26
+        return (alike[0] & alike[1] & alike[2] & alike[3]) != 0 ? merge_and_take_middle(x) : merge_and_weigh(x, center, sigma);
     }
 
 private:
@@ -184,7 +184,7 @@ private:
         return all[merge_last.order.at[samples / 2]];
     }
 
-    four_floats merge_and_weigh(std::size_t x, four_floats centre, float sigma) const {
+    four_floats merge_and_weigh(std::size_t x, four_floats center, float sigma) const {
         four_floats all[samples];
         merge(x, all);
         // Gaussian weights of the sorted samples: exp(-x) as (1 - x/32 + x^2/2048)^32, within 0.0003 everywhere.
@@ -192,14 +192,14 @@ private:
         const four_floats zero = {}, one = zero + 1.0F;
         four_floats weight[samples], total = zero;
         for (std::size_t s = 0; s < samples; ++s) {
-            const four_floats difference = all[merge_last.order.at[s]] - centre;
+            const four_floats difference = all[merge_last.order.at[s]] - center;
             const four_floats t = falloff * difference * difference;
             four_floats w = one - t + 0.5F * t * t;
             w *= w, w *= w, w *= w, w *= w, w *= w;
             weight[s] = t < one ? w : zero;  // beyond, a weight is below 1e-13
             total += weight[s];
         }
-        four_floats preceding = zero, best = zero + none, result = centre;
+        four_floats preceding = zero, best = zero + none, result = center;
         for (std::size_t s = 0; s < samples; ++s) {
             const four_floats difference = preceding + preceding + weight[s] - total;
             const four_floats imbalance = difference < zero ? -difference : difference;
@@ -224,19 +224,19 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
-    const std::size_t rows = height(disparity), columns = width(disparity);
-    image<float> result = make_image<float>(rows, columns);
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
     // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
-    std::vector<float> seen((rows + 2 * radius) * stride, none);
+    buffer<float> seen((rows + 2 * radius) * stride, none);
     const float threshold = options.edge_threshold;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
-            const float* here = row(disparity, y);
-            const float* above = y > 0 ? row(disparity, y - 1) : here;
-            const float* below = y + 1 < rows ? row(disparity, y + 1) : here;
+            const float* here = disparity.row(y);
+            const float* above = y > 0 ? disparity.row(y - 1) : here;
+            const float* below = y + 1 < rows ? disparity.row(y + 1) : here;
             float* out = seen.data() + (y + radius) * stride + radius;
             const auto sample = [&](std::size_t x, float left, float right) {
                 const float v = here[x];
@@ -256,13 +256,13 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
             std::array<const float*, diameter> window;
             for (std::size_t r = 0; r < diameter; ++r) window[r] = seen.data() + (y + r) * stride;
             sorted.sort(window, stride);
-            const float* centre = row(disparity, y);
-            float* out = row(result, y);
+            const float* center = disparity.row(y);
+            float* out = result.row(y);
             std::size_t x = 0;
-            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(centre + x), options.sigma));
+            for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(center + x), options.sigma));
             if (x < columns) {
                 float rest[wide] = {};
-                std::copy_n(centre + x, columns - x, rest);
+                std::copy_n(center + x, columns - x, rest);
                 store(rest, sorted.filter(x, load(rest), options.sigma));
                 std::copy_n(rest, columns - x, out + x);
             }

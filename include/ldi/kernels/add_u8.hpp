@@ -1,7 +1,8 @@
-// Addition of two 8-bit tensors, each in its own quantisation. This header is the contract of the family; one file for each
+// Addition of two 8-bit tensors, each in its own quantization. This header is the contract of the family; one file for each
 // instruction set implements it, all with equal results.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/add_u8_avx2.hpp>
 #include <ldi/kernels/add_u8_avx512vnni.hpp>
 #include <ldi/kernels/add_u8_neon.hpp>
@@ -12,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 namespace ldi {
 
@@ -38,7 +38,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 namespace detail {
 
 /// Whether the float form with these constants gives what the integer form does, for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::size_t a, const std::vector<std::uint8_t>& expected) {
+inline bool is_exact(const add_u8_constants& sum, std::size_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], bs[256], found[256];
     std::memset(as, static_cast<int>(a), sizeof as);
     for (int i = 0; i < 256; ++i) bs[i] = static_cast<std::uint8_t>(i);
@@ -47,7 +47,7 @@ inline bool is_exact(const add_u8_constants& sum, std::size_t a, const std::vect
 }
 
 /// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
-inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t>& expected, std::size_t& suspect) {
+inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::size_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (std::size_t a = 0; a < 256; ++a)
         if (!is_exact(sum, a, expected)) {
@@ -63,10 +63,10 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     add_u8_constants sum{without_tiles(target), exact};
     if (target == isa::scalar || target == isa::neon_dot_product) return sum;  // they compute the integer form
-    std::vector<std::uint8_t> expected(65536);
+    buffer<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
         expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
-    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbours of the real constants a few are lucky.
+    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;

@@ -2,15 +2,15 @@
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 #pragma once
 
-#include <ldi/config.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace ldi {
 
@@ -21,8 +21,8 @@ struct area_weights {
         std::size_t count = 0;   ///< of pixels
         std::size_t weight = 0;  ///< of the first pixel, in `weights`
     };
-    std::vector<cover> covers;   ///< one for each pixel of the result
-    std::vector<float> weights;  ///< those of a cover add up to 1
+    buffer<cover> covers;   ///< one for each pixel of the result
+    buffer<float> weights;  ///< those of a cover add up to 1
 };
 
 /// Lengths are at least 1 and their product is below 2^63.
@@ -84,7 +84,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 ///
 /// source  H x W x channels       result  horizontal.covers x channels
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
-                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, std::vector<float>& sums,
+                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, buffer<float>& sums,
                             std::uint8_t* result) {
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
@@ -94,19 +94,19 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal colour, mixed at their
+/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
 template <executor Executor>
 image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
                                 Executor& threads) {
     LDI_ASSERT(source.size() > 0);
-    const area_weights horizontal = make_area_weights(width(source), result_width);
-    const area_weights vertical = make_area_weights(height(source), result_height);
-    image<std::uint8_t> result = make_image<std::uint8_t>(result_height, result_width, channels(source));
+    const area_weights horizontal = make_area_weights(source.width(), result_width);
+    const area_weights vertical = make_area_weights(source.height(), result_height);
+    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
-        std::vector<float> sums;
+        buffer<float> sums;
         for (std::size_t y = first; y < last; ++y)
-            area_resize_row(horizontal, vertical, y, source.data(), width(source), channels(source), sums, row(result, y));
+            area_resize_row(horizontal, vertical, y, source.data(), source.width(), source.channels(), sums, result.row(y));
     });
     return result;
 }

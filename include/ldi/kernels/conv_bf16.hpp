@@ -7,6 +7,7 @@
 // products are below 2^-126 (those may count as zero): instruction sets add in different order, and round differently.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/conv_bf16_avx512bf16.hpp>
 #include <ldi/kernels/conv_scalar.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
@@ -32,7 +32,7 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    std::vector<bfloat16> rounded(weights.size());
+    buffer<bfloat16> rounded(weights.size());
     std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
 #if LDI_HAS_X86_KERNELS
     if (packed.target == isa::avx512vnni) {

@@ -1,4 +1,4 @@
-// Depthwise 3 x 3 convolution of 8-bit activations, requantised to 8 bits, one row of the result at a time. It can read its
+// Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
 // input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
 // for each instruction set implements it, all with equal results.
 #pragma once

@@ -7,6 +7,7 @@
 // A column is interleaved once, in registers, and at once added to every window that it belongs to.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/depthwise_stretches.hpp>
 #include <ldi/kernels/detail/lanes_avx2.hpp>
 #include <ldi/kernels/detail/unsaturated_pairs.hpp>
@@ -18,7 +19,6 @@
 #include <cstdint>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 namespace ldi::avx2 {
 
@@ -44,7 +44,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
         std::size_t channel[32];
         for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
-        std::vector<depthwise_rest> rest;
+        buffer<depthwise_rest> rest;
         for (std::size_t column = 0; column < 3; ++column)
             for (std::size_t c : channel) {
                 depthwise_rest weights{{0, 0, 0}};

@@ -3,7 +3,7 @@
 // The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
 // of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
 // that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
-// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantise.
+// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantize.
 //
 // Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
 // stretches of the row at the same time.

@@ -3,7 +3,7 @@
 // The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
 // then each of the three columns of a window is one sdot for 4 channels. For 16 channels of a pixel (144 products) that is 12
 // sdot and, for the column that the window before did not have, 11 instructions that interleave and make signed; with widening
-// multiplications (smlal) it would be 36 and 6. Requantisation and stores make it about 90 in all.
+// multiplications (smlal) it would be 36 and 6. Requantization and stores make it about 90 in all.
 #pragma once
 
 #include <ldi/kernels/detail/depthwise_columns.hpp>

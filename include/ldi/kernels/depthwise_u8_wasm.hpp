@@ -67,7 +67,7 @@ struct slot_writer {
         third = c;
         slot += depthwise_slot;
     }
-    /// The last column's neighbour has weight 0.
+    /// The last column's neighbor has weight 0.
     void end() { store_pairs(third, third, slot - depthwise_slot / 2); }
 };
 

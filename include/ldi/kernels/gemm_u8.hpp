@@ -1,4 +1,4 @@
-// Matrix product of 8-bit activations and 8-bit weights, requantised to 8 bits: the 1 x 1 convolution, and any dense k x k one,
+// Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
 // whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
 // instruction set implements it, all with equal results.
 #pragma once
@@ -18,7 +18,7 @@
 namespace ldi {
 
 /// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
-///                   float form of the requantisation), the weights are packed for a slower one; `result.target` tells
+///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
 /// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7

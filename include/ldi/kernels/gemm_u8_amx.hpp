@@ -1,6 +1,6 @@
 // kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
 //
-// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantising
+// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantizing
 // takes AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is
 // the longer of the two, and runs while the tile unit multiplies.
 #pragma once

@@ -7,6 +7,7 @@
 // outputs. (vpmaddwd on inputs of 16 bits, which never saturates, takes 8.)
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
 #include <ldi/kernels/detail/lanes_avx2.hpp>
 #include <ldi/kernels/detail/unsaturated_pairs.hpp>
@@ -19,7 +20,6 @@
 #include <cstring>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace ldi::avx2 {
 
@@ -57,7 +57,7 @@ struct gemm_term {
 };
 
 /// Splits `rest`, the weights of one group, outputs x 4.
-inline void split_group(std::span<int> rest, std::size_t first_input, std::vector<gemm_term>& terms) {
+inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
         gemm_term& term = terms.emplace_back();
@@ -83,11 +83,11 @@ inline void split_group(std::span<int> rest, std::size_t first_input, std::vecto
 
 /// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
 struct paired_terms {
-    std::vector<const gemm_term*> order;
+    buffer<const gemm_term*> order;
     std::size_t pairs = 0;
 
-    explicit paired_terms(const std::vector<gemm_term>& terms) {
-        std::vector<const gemm_term*> rest, singles;  // the lightest last
+    explicit paired_terms(const buffer<gemm_term>& terms) {
+        buffer<const gemm_term*> rest, singles;  // the lightest last
         for (const gemm_term& term : terms) rest.push_back(&term);
         std::stable_sort(rest.begin(), rest.end(),
                          [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
@@ -107,7 +107,7 @@ struct paired_terms {
 
 private:
     /// `i` if there is none among the lightest, which are the likeliest.
-    static std::size_t find_partner(const std::vector<const gemm_term*>& rest, std::size_t i) {
+    static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
             if (rest[i]->fits(*rest[rest.size() - 1 - t])) return rest.size() - 1 - t;
@@ -121,7 +121,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    std::vector<gemm_term> terms;
+    buffer<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;

@@ -2,7 +2,7 @@
 // The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, neon, wasm) forces one, for tests and benchmarks.
 #pragma once
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/kernels/detail/amx_permission.hpp>
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>

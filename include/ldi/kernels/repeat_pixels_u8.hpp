@@ -1,4 +1,4 @@
-// Nearest-neighbour enlargement of one row of 8-bit activations.
+// Nearest-neighbor enlargement of one row of 8-bit activations.
 #pragma once
 
 #include <cstddef>

@@ -1,9 +1,9 @@
-// Exact integer requantisation: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
+// Exact integer requantization: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
 // arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
 // for bit. Every instruction set must give the values that the functions here give.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/config.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -81,7 +81,7 @@ inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
 }
 
-/// For `y = a + b`, each in its own quantisation.
+/// For `y = a + b`, each in its own quantization.
 inline quantized_addition make_quantized_addition(quantization a, quantization b, quantization y) {
     const float a_ratio = a.scale / y.scale, b_ratio = b.scale / y.scale;
     LDI_ASSERT(are_addition_ratios(a_ratio, b_ratio));

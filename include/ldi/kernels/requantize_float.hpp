@@ -1,16 +1,16 @@
-// Requantisation in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
+// Requantization in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
 // third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
 // known by at most 255 thresholds; a float form that agrees on both sides of each of them agrees everywhere. The obvious
 // constants miss a few thresholds by one; nudged by some units in the last place they miss none.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/requantize.hpp>
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <vector>
 
 namespace ldi {
 
@@ -47,9 +47,9 @@ struct unfused_requantization {
 namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
-inline std::vector<std::int32_t> requantization_checkpoints(const requantization& r) {
+inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
-    std::vector<std::int32_t> points{least, most};
+    buffer<std::int32_t> points{least, most};
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
         // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
@@ -73,8 +73,8 @@ inline std::vector<std::int32_t> requantization_checkpoints(const requantization
 /// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
-    const std::vector<std::int32_t> points = requantization_checkpoints(r);
-    std::vector<std::uint8_t> expected;
+    const buffer<std::int32_t> points = requantization_checkpoints(r);
+    buffer<std::uint8_t> expected;
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 

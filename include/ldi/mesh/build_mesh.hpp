@@ -2,13 +2,14 @@
 // every vertex is lifted along its ray according to its disparity.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <array>
@@ -16,7 +17,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -53,7 +53,7 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
         mesh.triangles.reserve(index_count);
     const float u_scale = 1.0F / static_cast<float>(atlas_width), v_scale = 1.0F / static_cast<float>(atlas_height);
     // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
-    std::vector<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
+    buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) {
         const chart_mesh& source = flat.charts[c];
         const chart& shape = charts.charts[c];
@@ -69,8 +69,8 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
             mesh.texture_coordinates.push_back(static_cast<float>(corner.y - shape.y + placements[c].y) * v_scale);
         };
         for (std::int32_t id : source.outline) {
-            const outline_corner& corner = flat.outlines.corners[static_cast<std::size_t>(id)];
-            std::int32_t& lifted = vertex_of_corner[static_cast<std::size_t>(id)];
+            const outline_corner& corner = flat.outlines.corners[id];
+            std::int32_t& lifted = vertex_of_corner[id];
             if (lifted < 0) {
                 lifted = static_cast<std::int32_t>(mesh.vertex_count());
                 add_position(corner);
@@ -81,7 +81,7 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
             add_texture_coordinate(corner);
         }
         for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
-            const outline_corner& corner = flat.studs.vertices[static_cast<std::size_t>(source.first_stud_vertex + i)];
+            const outline_corner& corner = flat.studs.vertices[source.first_stud_vertex + i];
             add_position(corner);
             add_texture_coordinate(corner);
         }

@@ -2,8 +2,9 @@
 // Figure "meshing" a to d).
 #pragma once
 
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
 #include <ldi/mesh/flip.hpp>
@@ -11,7 +12,7 @@
 #include <ldi/mesh/simplify.hpp>
 #include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/triangulate.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -20,7 +21,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -31,17 +31,17 @@ struct mesh_options {
 
 /// The triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    std::vector<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
     std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
     std::int32_t stud_vertex_count = 0;
-    std::vector<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+    buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
 };
 
 /// Everything up to lifting, for those who want to look at or test the steps.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
-    std::vector<chart_mesh> charts;
+    buffer<chart_mesh> charts;
 };
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
@@ -54,23 +54,23 @@ namespace detail {
 /// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
 struct chart_polygon {
     polygon shape;
-    std::vector<std::int32_t> corners;
-    std::vector<boundary_edge> edges;
-    std::vector<std::uint8_t> fresh;  ///< whether an edge came from the last split
+    buffer<std::int32_t> corners;
+    buffer<boundary_edge> edges;
+    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
 
     void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
             const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[static_cast<std::size_t>(l)];
+            for (std::int32_t s = outlines.first_step[l];
                  s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
-                const outline_step step = outlines.steps[static_cast<std::size_t>(s)];
+                const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
                 for (std::size_t i = 0; i < last; ++i) {
                     const std::int32_t id = kept[step.reversed ? last - i : i];
-                    add(outlines.corners[static_cast<std::size_t>(id)], box);
+                    add(outlines.corners[id], box);
                     corners.push_back(id);
                     edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
                     fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
@@ -85,8 +85,8 @@ struct chart_polygon {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
             const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
-            for (std::int32_t v = studs.first_vertex[static_cast<std::size_t>(s)]; v < end; ++v)
-                add(studs.vertices[static_cast<std::size_t>(v)], box);
+            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v)
+                add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
     }
@@ -106,7 +106,7 @@ public:
 
     /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
     /// known that edges that are not from the last split don't cross each other.
-    void find_crossings(std::size_t c, bool only_fresh, std::vector<boundary_split>& to_split) {
+    void find_crossings(std::size_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
@@ -123,19 +123,19 @@ public:
             std::int32_t next = v;
             do {
                 v = next;
-                next = shape.next[static_cast<std::size_t>(v)];
-                const lattice_point a = shape.points[static_cast<std::size_t>(v)],
-                                    b = shape.points[static_cast<std::size_t>(next)];
+                next = shape.next[v];
+                const lattice_point a = shape.points[v],
+                                    b = shape.points[next];
                 twice_area += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
             } while (next != loop_start);
             ++v;
-            if ((flat_.outlines.loop_area[static_cast<std::size_t>(l)] > 0) != (twice_area > 0))
+            if ((flat_.outlines.loop_area[l] > 0) != (twice_area > 0))
                 for (std::int32_t w = loop_start; w < v; ++w) blame(w, to_split);
         }
     }
 
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
-    void triangulate(std::size_t c, std::vector<boundary_split>& to_split) {
+    void triangulate(std::size_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_, charts_.charts[c], c);
@@ -152,16 +152,16 @@ public:
         chart_mesh& result = flat_.charts[c];
         result.triangles = triangles_.triangles;
         result.outline = outline_.corners;
-        const std::vector<std::int32_t>&first_vertex = flat_.studs.first_vertex, &first_stud = flat_.studs.first_stud;
-        result.first_stud_vertex = first_vertex[static_cast<std::size_t>(first_stud[c])];
-        result.stud_vertex_count = first_vertex[static_cast<std::size_t>(first_stud[c + 1])] - result.first_stud_vertex;
+        const buffer<std::int32_t>&first_vertex = flat_.studs.first_vertex, &first_stud = flat_.studs.first_stud;
+        result.first_stud_vertex = first_vertex[first_stud[c]];
+        result.stud_vertex_count = first_vertex[first_stud[c + 1]] - result.first_stud_vertex;
     }
 
 private:
     /// Answers what the crossing finder finds with splits.
     struct crossing_report {
         const chart_mesher& mesher;
-        std::vector<boundary_split>& to_split;
+        buffer<boundary_split>& to_split;
 
         void collision(std::int32_t v, std::int32_t w) {
             if (!mesher.align(v, w, to_split)) mesher.blame(v, to_split), mesher.blame(w, to_split);
@@ -178,25 +178,25 @@ private:
     };
 
     /// Splits the edge after v where it is farthest from its corners.
-    void blame(std::int32_t v, std::vector<boundary_split>& to_split) const {
+    void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
-        const boundary_edge e = outline_.edges[static_cast<std::size_t>(v)];
+        const boundary_edge e = outline_.edges[v];
         const auto [first, last] = boundary_.left_out(e);
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
     /// Where the outline runs back along itself (charts may have slits), both sides must keep the same corners: splits each of
     /// two edges at the ends of the other. Returns false if neither passes the other's ends.
-    bool align(std::int32_t v, std::int32_t w, std::vector<boundary_split>& to_split) const {
+    bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
-            const boundary_edge e = outline_.edges[static_cast<std::size_t>(edge)];
+            const boundary_edge e = outline_.edges[edge];
             const auto [first, last] = boundary_.left_out(e);
-            for (std::int32_t end : {other, outline_.shape.next[static_cast<std::size_t>(other)]}) {
+            for (std::int32_t end : {other, outline_.shape.next[other]}) {
                 const outline_corner& target =
-                    flat_.outlines.corners[static_cast<std::size_t>(outline_.corners[static_cast<std::size_t>(end)])];
+                    flat_.outlines.corners[outline_.corners[end]];
                 for (std::int32_t c = first; c < last; ++c) {
-                    const outline_corner& corner = flat_.outlines.corners[static_cast<std::size_t>(c)];
+                    const outline_corner& corner = flat_.outlines.corners[c];
                     if (corner.x != target.x || corner.y != target.y) continue;
                     to_split.push_back({e, c});
                     aligned = true;
@@ -213,7 +213,7 @@ private:
     crossing_finder finder_;
     triangulator triangulator_;
     triangulation triangles_;
-    std::vector<std::int32_t> stack_;
+    buffer<std::int32_t> stack_;
 };
 
 }  // namespace detail
@@ -230,9 +230,9 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
     simplified_boundary boundary(flat.outlines, options.outlines, range);
     const std::size_t count = charts.charts.size();
     flat.charts.resize(count);
-    std::vector<std::vector<boundary_split>> to_split(count);
+    buffer<buffer<boundary_split>> to_split(count);
 
-    const auto for_charts = [&](const std::vector<std::int32_t>& indices, auto&& function) {
+    const auto for_charts = [&](const buffer<std::int32_t>& indices, auto&& function) {
         parallel_for(threads, indices.size(), 8, [&](std::size_t first, std::size_t last) {
             detail::chart_mesher mesher(flat, boundary, charts);
             for (std::size_t i = first; i < last; ++i) function(mesher, static_cast<std::size_t>(indices[i]));
@@ -243,17 +243,17 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
         values.erase(std::unique(values.begin(), values.end()), values.end());
     };
     // Splits what the charts in `indices` asked for, and returns the charts on both sides of it.
-    const auto split = [&](const std::vector<std::int32_t>& indices) {
-        std::vector<boundary_split> splits;
+    const auto split = [&](const buffer<std::int32_t>& indices) {
+        buffer<boundary_split> splits;
         for (std::int32_t c : indices) {
-            const std::vector<boundary_split>& from = to_split[static_cast<std::size_t>(c)];
+            const buffer<boundary_split>& from = to_split[c];
             splits.insert(splits.end(), from.begin(), from.end());
         }
         sort_unique(splits);
         boundary.split(splits);
-        std::vector<std::int32_t> touched;
+        buffer<std::int32_t> touched;
         for (const boundary_split& s : splits) {
-            const boundary_piece& piece = flat.outlines.pieces[static_cast<std::size_t>(s.edge.piece)];
+            const boundary_piece& piece = flat.outlines.pieces[s.edge.piece];
             touched.push_back(piece.right_chart);
             if (piece.left_chart != no_chart) touched.push_back(piece.left_chart);
         }
@@ -264,9 +264,9 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
     // Once simplified, an outline can cross itself. Then the edges in question are split, and the charts on both sides looked at
     // again. Detailed outlines never cross, so this ends. The triangulation is what decides in the end, but as it stops at the
     // first conflict, most are found and mended before.
-    std::vector<std::int32_t> open(count);
+    buffer<std::int32_t> open(count);
     for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
-    std::vector<std::int32_t> pending = open;
+    buffer<std::int32_t> pending = open;
     for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
         while (!open.empty()) {
             for_charts(open,

@@ -2,19 +2,19 @@
 // which disparity would be interpolated between vertices that have nothing to do with each other.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/mesh/triangulate.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack);
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
@@ -29,7 +29,7 @@ inline void flip(triangulation& t, std::size_t h) {
     t.triangles[m1] = t.triangles[h2];
     const auto connect = [&](std::size_t from, std::int32_t to) {
         t.mates[from] = to;
-        if (to >= 0) t.mates[static_cast<std::size_t>(to)] = static_cast<std::int32_t>(from);
+        if (to >= 0) t.mates[to] = static_cast<std::int32_t>(from);
     };
     const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
     connect(h, beyond_ad);
@@ -39,7 +39,7 @@ inline void flip(triangulation& t, std::size_t h) {
 
 }  // namespace detail
 
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack) {
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
     stack.clear();
     for (std::size_t h = 0; h < t.mates.size(); ++h)

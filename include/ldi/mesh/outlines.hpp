@@ -1,10 +1,11 @@
 // The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
-// "meshing" a), cut into pieces that neighbouring charts share.
+// "meshing" a), cut into pieces that neighboring charts share.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -12,7 +13,6 @@
 #include <cstring>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -44,14 +44,14 @@ struct outline_step {
 /// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
 /// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
 struct chart_outlines {
-    std::vector<outline_corner> corners;
-    std::vector<boundary_piece> pieces;
-    std::vector<outline_step> steps;            ///< loop by loop
-    std::vector<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
-    std::vector<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
-    std::vector<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    std::vector<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-    std::vector<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
+    buffer<outline_corner> corners;
+    buffer<boundary_piece> pieces;
+    buffer<outline_step> steps;            ///< loop by loop
+    buffer<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
+    buffer<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
+    buffer<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    buffer<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+    buffer<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
 };
 
 /// Traces the outlines of all charts.
@@ -70,8 +70,8 @@ public:
         : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
-        std::vector<std::uint8_t>& sides = result_.boundary_sides;
-        std::vector<std::int32_t>& boundary_pixels = result_.boundary_pixels;
+        buffer<std::uint8_t>& sides = result_.boundary_sides;
+        buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
         boundary_pixels.reserve(sides.size() / 16);
         for (std::size_t i = 0; i < sides.size(); ++i) {
             std::uint64_t eight = 1;
@@ -85,7 +85,7 @@ public:
         for (std::int32_t pixel : boundary_pixels)
             for (int s = 0; s < 4; ++s)
                 if (walk_.is_boundary(pixel, s) && !is_traced({pixel, s})) trace_piece({pixel, s});
-        for (std::int32_t pixel : boundary_pixels) sides[static_cast<std::size_t>(pixel)] &= 0x0F;
+        for (std::int32_t pixel : boundary_pixels) sides[pixel] &= 0x0F;
     }
 
     void unite_junctions() {
@@ -101,7 +101,7 @@ public:
 
     void assemble_loops(std::size_t chart_count) {
         // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
-        std::vector<std::pair<std::int64_t, std::int32_t>> first_sides;
+        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::size_t p = 0; p < ends_.size(); ++p) {
             const std::int32_t half = static_cast<std::int32_t>(2 * p);
@@ -110,7 +110,7 @@ public:
         }
         std::sort(first_sides.begin(), first_sides.end());
         const auto successor = [&](std::int32_t half) {
-            const piece_ends& e = ends_[static_cast<std::size_t>(half / 2)];
+            const piece_ends& e = ends_[half / 2];
             const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
             return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
         };
@@ -118,17 +118,17 @@ public:
         struct loop {
             std::int32_t chart, first, count;
         };
-        std::vector<loop> loops;
-        std::vector<outline_step> steps;
-        std::vector<std::uint8_t> used(2 * ends_.size(), 0);
+        buffer<loop> loops;
+        buffer<outline_step> steps;
+        buffer<std::uint8_t> used(2 * ends_.size(), 0);
         for (const auto& [side, first_half] : first_sides) {
-            if (used[static_cast<std::size_t>(first_half)]) continue;
-            const boundary_piece& piece = result_.pieces[static_cast<std::size_t>(first_half / 2)];
+            if (used[first_half]) continue;
+            const boundary_piece& piece = result_.pieces[first_half / 2];
             loops.push_back(
                 {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
             std::int32_t half = first_half;
             do {
-                used[static_cast<std::size_t>(half)] = 1;
+                used[half] = 1;
                 steps.push_back({half / 2, half % 2 != 0});
                 half = successor(half);
             } while (half != first_half);
@@ -142,8 +142,8 @@ public:
             result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
             std::int64_t area = 0;
             for (std::int32_t s = l.first; s < l.first + l.count; ++s) {
-                const outline_step step = steps[static_cast<std::size_t>(s)];
-                const std::int64_t swept = area_swept(result_.pieces[static_cast<std::size_t>(step.piece)]);
+                const outline_step step = steps[s];
+                const std::int64_t swept = area_swept(result_.pieces[step.piece]);
                 area += step.reversed ? -swept : swept;
                 result_.steps.push_back(step);
             }
@@ -169,18 +169,18 @@ private:
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
     bool is_traced(pixel_side e) const {
-        return (result_.boundary_sides[static_cast<std::size_t>(e.pixel)] & (side_bit(e.side) << 4)) != 0;
+        return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0;
     }
     void set_traced(pixel_side e) {
-        std::uint8_t& byte = result_.boundary_sides[static_cast<std::size_t>(e.pixel)];
+        std::uint8_t& byte = result_.boundary_sides[e.pixel];
         byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
     }
 
     /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
     /// apart.
     std::int32_t partner(pixel_side e) const {
-        const std::int32_t n = walk_.neighbour(e.pixel, e.side);
-        if (n != no_pixel) return chart_of_[static_cast<std::size_t>(n)];
+        const std::int32_t n = walk_.neighbor(e.pixel, e.side);
+        if (n != no_pixel) return chart_of_[n];
         const std::size_t i = static_cast<std::size_t>(e.pixel);
         const bool on_border = e.side == 0   ? g_.y[i] == 0
                                : e.side == 1 ? g_.x[i] == g_.width - 1
@@ -191,15 +191,15 @@ private:
 
     /// What a piece adds to the area of a loop that runs through it forward: what lies to the left of it.
     std::int64_t area_swept(const boundary_piece& piece) const {
-        const outline_corner* before = &result_.corners[static_cast<std::size_t>(piece.start)];
+        const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
             area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i)
-            advance(result_.corners[static_cast<std::size_t>(piece.first_inner + i)]);
-        advance(result_.corners[static_cast<std::size_t>(piece.end)]);
+            advance(result_.corners[piece.first_inner + i]);
+        advance(result_.corners[piece.end]);
         return area;
     }
 
@@ -253,10 +253,10 @@ private:
     }
 
     void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
-        std::vector<outline_corner>& corners = result_.corners;
-        boundary_piece piece{chart_of_[static_cast<std::size_t>(seed.pixel)], other < 0 ? no_chart : other, 0, 0, 0, 0};
+        buffer<outline_corner>& corners = result_.corners;
+        boundary_piece piece{chart_of_[seed.pixel], other < 0 ? no_chart : other, 0, 0, 0, 0};
         piece.first_inner = static_cast<std::int32_t>(corners.size());
-        corners.insert(corners.end(), backward_.rbegin(), backward_.rend());
+        corners.insert(corners.end(), std::reverse_iterator(backward_.end()), std::reverse_iterator(backward_.begin()));
         corners.insert(corners.end(), forward_.begin(), forward_.end());
         const std::size_t index = result_.pieces.size();
         piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
@@ -283,12 +283,12 @@ private:
 
     const graph& g_;
     std::span<const float> disparity_;
-    const std::vector<std::int32_t>& chart_of_;
+    const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
     boundary_walker walk_;
-    std::vector<piece_ends> ends_;
-    std::vector<junction> junctions_;
-    std::vector<outline_corner> forward_, backward_;
+    buffer<piece_ends> ends_;
+    buffer<junction> junctions_;
+    buffer<outline_corner> forward_, backward_;
 };
 
 }  // namespace detail

@@ -2,8 +2,9 @@
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/mesh/outlines.hpp>
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -55,7 +55,7 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const stretch& r = stretches_[static_cast<std::size_t>(piece)];
+        const stretch& r = stretches_[piece];
         return {kept_.data() + r.first, r.count};
     }
 
@@ -70,7 +70,7 @@ public:
 
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
-        const stretch& r = stretches_[static_cast<std::size_t>(edge.piece)];
+        const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
     }
 
@@ -80,11 +80,11 @@ private:
         std::int32_t split;  ///< number of the split that made it
     };
 
-    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[static_cast<std::size_t>(id)]; }
+    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
-    std::vector<std::int32_t> kept_;
-    std::vector<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
-    std::vector<stretch> stretches_;
+    buffer<std::int32_t> kept_;
+    buffer<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
+    buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
@@ -94,7 +94,7 @@ namespace detail {
 /// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
 /// the texture too far is cut in the middle.
 inline void douglas_peucker(std::span<const outline_corner> points, const simplify_options& options, const depth_range& range,
-                            std::vector<std::uint8_t>& keep, std::vector<std::pair<std::int32_t, std::int32_t>>& stack) {
+                            buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
@@ -123,7 +123,7 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
         if (split < 0 && range.texture_shift(std::sqrt(squared_length), a.disparity, b.disparity) > options.texture_tolerance)
             split = first + (last - first) / 2;
         if (split < 0) continue;
-        keep[static_cast<std::size_t>(split)] = 1;
+        keep[split] = 1;
         stack.emplace_back(first, split);
         stack.emplace_back(split, last);
     }
@@ -138,9 +138,9 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
               std::to_string(options.tolerance) + ", " + std::to_string(options.disparity_tolerance) + " and " +
                   std::to_string(options.texture_tolerance));
-    std::vector<outline_corner> points;
-    std::vector<std::uint8_t> keep;
-    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    buffer<outline_corner> points;
+    buffer<std::uint8_t> keep;
+    buffer<std::pair<std::int32_t, std::int32_t>> stack;
     stretches_.reserve(outlines.pieces.size());
     for (const boundary_piece& p : outlines.pieces) {
         const auto inner = outlines.corners.begin() + p.first_inner;
@@ -159,7 +159,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
 }
 
 inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
-    const boundary_piece& p = outlines_.pieces[static_cast<std::size_t>(edge.piece)];
+    const boundary_piece& p = outlines_.pieces[edge.piece];
     const std::span<const std::int32_t> kept = corners(edge.piece);
     const std::size_t i = static_cast<std::size_t>(edge.index);
     return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
@@ -195,7 +195,7 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        stretches_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[piece] = {first_kept, kept_.size() - first_kept, splits_};
     }
 }
 

@@ -8,11 +8,12 @@
 // (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra ones.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/outlines.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +23,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -41,9 +41,9 @@ struct stud_options {
 
 /// Studs of all charts.
 struct stud_set {
-    std::vector<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
-    std::vector<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
-    std::vector<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
+    buffer<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
+    buffer<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
+    buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
 /// Places the studs of all charts. `outlines` are those of the same charts. Raises invalid_option.
@@ -64,14 +64,14 @@ public:
         std::int32_t line = 0;
         for (std::int32_t offset = 0; offset <= length; ++offset) {
             while (line < count && position(line) < begin + offset) ++line;
-            line_from_[static_cast<std::size_t>(offset)] = line;
+            line_from_[offset] = line;
         }
     }
 
     std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
-    std::int32_t position(std::int32_t line) const { return positions_[static_cast<std::size_t>(line)]; }
+    std::int32_t position(std::int32_t line) const { return positions_[line]; }
     /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
-    std::int32_t line_from(std::int32_t at) const { return line_from_[static_cast<std::size_t>(std::max(at - first_, 0))]; }
+    std::int32_t line_from(std::int32_t at) const { return line_from_[std::max(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
         return line < count() && position(line) == at;
@@ -79,7 +79,7 @@ public:
 
 private:
     std::int32_t first_;
-    std::vector<std::int32_t> positions_, line_from_;
+    buffer<std::int32_t> positions_, line_from_;
 };
 
 /// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
@@ -114,8 +114,8 @@ public:
     }
 
 private:
-    std::vector<std::uint8_t> keep_;
-    std::vector<std::pair<std::size_t, std::size_t>> stack_;
+    buffer<std::uint8_t> keep_;
+    buffer<std::pair<std::size_t, std::size_t>> stack_;
 };
 
 /// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
@@ -128,16 +128,16 @@ public:
         even_lines lines;
         std::size_t first_sample;
     };
-    std::vector<columns> charts;
-    std::vector<float> samples;
-    std::vector<std::uint8_t> present;
-    std::vector<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
+    buffer<columns> charts;
+    buffer<float> samples;
+    buffer<std::uint8_t> present;
+    buffer<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
 
     stud_sampler(const graph& g, std::span<const float> disparity, const chart_set& all, const chart_outlines& outlines,
                  const stud_options& options, const depth_range& range)
         : g_(g), disparity_(disparity), sides_(outlines.boundary_sides), clearance_(options.clearance) {
         std::size_t total = 0;
-        std::vector<even_lines> rows;
+        buffer<even_lines> rows;
         for (const chart& c : all.charts) {
             charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
             rows.emplace_back(c.y, c.height, options.spacing);
@@ -148,14 +148,14 @@ public:
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines.boundary_pixels) {
             // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
-            const std::uint8_t at_pixel = sides_[static_cast<std::size_t>(pixel)];
+            const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
             const std::int32_t end = pixel + 1;
             if (end - begin < 2 * clearance_) continue;
-            const std::size_t c = static_cast<std::size_t>(all.chart_of[static_cast<std::size_t>(pixel)]);
+            const std::size_t c = static_cast<std::size_t>(all.chart_of[pixel]);
             sample_columns(begin, end, all.charts[c], charts[c]);
-            if (rows[c].has_line_at(g.y[static_cast<std::size_t>(pixel)]))
+            if (rows[c].has_line_at(g.y[pixel]))
                 sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
         }
     }
@@ -181,7 +181,7 @@ private:
     }
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
-        const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
+        const std::int32_t x = g_.x[begin], y = g_.y[begin];
         for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + (end - begin) - clearance_) break;
@@ -200,13 +200,13 @@ private:
         const auto never = [](std::size_t, std::size_t) { return false; };
         find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
             const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
-            const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
+            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance_);
             if (stud < studs.count() && studs.position(stud) <= x + clearance_) return;
             if ((sides_around(pixel) & side_bit(0)) != 0) return;
-            const std::int32_t above = g_.up[static_cast<std::size_t>(pixel)];
+            const std::int32_t above = g_.up[pixel];
             if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
             const float d = 0.5F * (between(pixel) + between(above));
-            singles.emplace_back(c, outline_corner{x, g_.y[static_cast<std::size_t>(pixel)], d});
+            singles.emplace_back(c, outline_corner{x, g_.y[pixel], d});
         });
     }
 
@@ -233,18 +233,18 @@ private:
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
             for (std::int32_t i = first; i < last; ++i)
-                if ((sides_[static_cast<std::size_t>(i)] & side_bit(1)) != 0) return false;
+                if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
             if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up : g_.down)[static_cast<std::size_t>(pixel)];
+            pixel = (s == 0 ? g_.up : g_.down)[pixel];
         }
     }
 
     const graph& g_;
     std::span<const float> disparity_;
-    const std::vector<std::uint8_t>& sides_;
+    const buffer<std::uint8_t>& sides_;
     std::int32_t clearance_;
-    std::vector<float> profile_, shifts_;
+    buffer<float> profile_, shifts_;
     bend_finder find_bends_;
 };
 
@@ -267,7 +267,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
         const std::int32_t end = static_cast<std::int32_t>(result.vertices.size());
         if (end > result.first_vertex.back()) result.first_vertex.push_back(end);
     };
-    std::vector<float> profile;
+    buffer<float> profile;
     detail::bend_finder find_bends;
     auto single = sampled.singles.begin();
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {

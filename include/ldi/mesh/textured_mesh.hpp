@@ -1,17 +1,18 @@
 // What the way from photo to 3D photo ends in: one mesh with one texture.
 #pragma once
 
+#include <ldi/base/memory.hpp>
+
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace ldi {
 
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {
-    std::vector<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
-    std::vector<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
-    std::vector<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
+    buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
+    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
+    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }

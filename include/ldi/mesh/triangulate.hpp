@@ -4,14 +4,14 @@
 // are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -26,8 +26,8 @@ struct lattice_point {
 /// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
 /// outline that is walked along the inside has them.
 struct polygon {
-    std::vector<lattice_point> points;
-    std::vector<std::int32_t> next;
+    buffer<lattice_point> points;
+    buffer<std::int32_t> next;
     std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
 
     void clear() { points.clear(), next.clear(), outline_count = 0; }
@@ -36,7 +36,7 @@ struct polygon {
 /// Why a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or touch where they
 /// must not.
 struct polygon_conflict {
-    std::vector<std::int32_t> edges;
+    buffer<std::int32_t> edges;
 };
 
 namespace detail {
@@ -49,8 +49,8 @@ inline std::uint64_t polygon_event(lattice_point p, std::size_t vertex) {
 
 /// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
 struct triangulation {
-    std::vector<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    std::vector<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+    buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
+    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
 };
 
 /// Triangulates polygons. Keep one to reuse its memory.
@@ -92,7 +92,7 @@ private:
         nodes_.push_back({at, vertex, -1, -1, -1});
         return static_cast<std::int32_t>(nodes_.size()) - 1;
     }
-    node& at(std::int32_t i) { return nodes_[static_cast<std::size_t>(i)]; }
+    node& at(std::int32_t i) { return nodes_[i]; }
     void join(std::int32_t a, std::int32_t b, std::int32_t link) { at(a).next = b, at(b).previous = a, at(a).link = link; }
     std::int32_t add_link(std::int32_t half_edge) {
         open_sides_.push_back(half_edge);
@@ -111,12 +111,12 @@ private:
     polygon_conflict conflict_at(const polygon& shape, std::size_t first, std::size_t last, std::size_t place) const;
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
 
-    std::vector<std::uint64_t> events_;  ///< vertices by y, then x
-    std::vector<std::int32_t> before_;   ///< the vertex whose next is this one
-    std::vector<node> nodes_;
-    std::vector<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
-    std::vector<active_edge> status_;       ///< edges that cross the sweep line, from left to right
-    std::vector<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
+    buffer<std::uint64_t> events_;  ///< vertices by y, then x
+    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    buffer<node> nodes_;
+    buffer<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
+    buffer<active_edge> status_;       ///< edges that cross the sweep line, from left to right
+    buffer<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
@@ -135,12 +135,12 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
     if (link < 0) return;
-    std::int32_t& other = open_sides_[static_cast<std::size_t>(link)];
+    std::int32_t& other = open_sides_[link];
     if (other < 0) {
         other = half_edge;
     } else {
-        result.mates[static_cast<std::size_t>(other)] = half_edge;
-        result.mates[static_cast<std::size_t>(half_edge)] = other;
+        result.mates[other] = half_edge;
+        result.mates[half_edge] = other;
     }
 }
 
@@ -151,7 +151,7 @@ inline void triangulator::append(chain& c, std::int32_t p, std::int32_t link, tr
         if (turn(at(b).at, at(a).at, at(p).at) <= 0) break;
         const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
         for (std::int32_t i : {b, p, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.insert(result.mates.end(), 3, -1);
+        result.mates.resize(result.mates.size() + 3, -1);
         attach(link, half_edge + 1, result);
         attach(at(b).link, half_edge + 2, result);
         link = add_link(half_edge);
@@ -168,7 +168,7 @@ inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, t
         if (turn(at(p).at, at(a).at, at(b).at) <= 0) break;
         const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
         for (std::int32_t i : {p, b, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.insert(result.mates.end(), 3, -1);
+        result.mates.resize(result.mates.size() + 3, -1);
         attach(at(a).link, half_edge + 1, result);
         attach(link, half_edge + 2, result);
         link = add_link(half_edge);
@@ -184,14 +184,14 @@ inline void triangulator::collect_events(const polygon& shape) {
     events_.resize(count), before_.assign(count, -1);
     for (std::size_t v = 0; v < count; ++v) {
         events_[v] = detail::polygon_event(shape.points[v], v);
-        if (shape.next[v] >= 0) before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+        if (shape.next[v] >= 0) before_[shape.next[v]] = static_cast<std::int32_t>(v);
     }
     std::sort(events_.begin(), events_.end());
 }
 
 /// Files the edge from -> to under the edges that begin here if `from` or `to` is its upper end.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
-    const lattice_point a = shape.points[static_cast<std::size_t>(from)], b = shape.points[static_cast<std::size_t>(to)];
+    const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = above(a, b), inner = from >= shape.outline_count;
     active_edge e{downwards ? a : b,
                   downwards ? b : a,
@@ -220,12 +220,12 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::siz
                                                   std::size_t place) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
-        if (vertex >= 0 && shape.next[static_cast<std::size_t>(vertex)] >= 0) conflict.edges.push_back(vertex);
+        if (vertex >= 0 && shape.next[vertex] >= 0) conflict.edges.push_back(vertex);
     };
-    const lattice_point p = shape.points[static_cast<std::size_t>(events_[first] & 0xFFFFFF)];
+    const lattice_point p = shape.points[events_[first] & 0xFFFFFF];
     for (std::size_t event = first; event < last; ++event) {
         const std::int32_t v = static_cast<std::int32_t>(events_[event] & 0xFFFFFF);
-        add(v), add(before_[static_cast<std::size_t>(v)]);
+        add(v), add(before_[v]);
     }
     for (std::size_t i = 0; i < status_.size(); ++i)
         if (i == place || i + 1 == place || same(status_[i].lower, p) || (i > 0 && same(status_[i - 1].lower, p)) ||
@@ -237,7 +237,7 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::siz
 inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, std::size_t first_event,
                                                                  std::size_t last_event, triangulation& result) {
     const auto vertex_of = [&](std::size_t event) { return static_cast<std::int32_t>(events_[event] & 0xFFFFFF); };
-    const lattice_point p = shape.points[static_cast<std::size_t>(vertex_of(first_event))];
+    const lattice_point p = shape.points[vertex_of(first_event)];
 
     std::size_t ending = 0;
     starting_.clear();
@@ -245,10 +245,10 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
         const std::int32_t v = vertex_of(event);
         bool has_edge = false;
         for (const auto& [from, to] :
-             {std::pair{v, shape.next[static_cast<std::size_t>(v)]}, std::pair{before_[static_cast<std::size_t>(v)], v}}) {
+             {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
             if (from < 0 || to < 0) continue;
             has_edge = true;
-            const lattice_point other = shape.points[static_cast<std::size_t>(from == v ? to : from)];
+            const lattice_point other = shape.points[from == v ? to : from];
             if (same(p, other)) return polygon_conflict{{from}};
             if (above(other, p))
                 ++ending;

@@ -1,10 +1,11 @@
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// io/farbrausch_file.hpp loads it from a file.
+// formats/farbrausch_file.hpp loads it from a file.
 #pragma once
 
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/kernels/isa.hpp>
@@ -12,8 +13,8 @@
 #include <ldi/networks/detail/farbrausch_work.hpp>
 #include <ldi/networks/detail/smooth_fills.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
-#include <ldi/nn/ldi_convolution.hpp>
-#include <ldi/nn/weights.hpp>
+#include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -25,14 +26,13 @@
 #include <type_traits>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace ldi {
 
-/// A colour_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
+/// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
 public:
-    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalisation folded
+    /// weights  for each stage `encoder.I.weight`, outputs x inputs x k x k, and `encoder.I.bias`, batch normalization folded
     ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
     ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
     ///          to be told apart, which examples/training/farbrausch/export.py finds
@@ -45,16 +45,16 @@ public:
     explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
-    /// layers  in canonical order; the colour of every pixel whose known_column is 0 is set
-    /// watcher is told of progress as stage "colour inpainting"
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
+    /// watcher is told of progress as stage "color inpainting"
     template <executor Executor>
     void inpaint(photo_layers& layers, Executor& threads, const observer& watcher = {}) const;
 
-    /// colour  H x W x 3, red, green, blue, 0 to 255
-    /// known   H x W x 1, 0 where the colour is to be inpainted
-    /// Returns the image with every colour that is not known inpainted: the same network on a single, fully linked layer.
+    /// color  H x W x 3, red, green, blue, 0 to 255
+    /// known   H x W x 1, 0 where the color is to be inpainted
+    /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor>
-    image<std::uint8_t> inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+    image<std::uint8_t> inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
                                 const observer& watcher = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
@@ -63,14 +63,14 @@ public:
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
     template <executor Executor>
-    std::vector<float> colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+    buffer<float> colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                const observer& watcher = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
 
 private:
     static constexpr std::size_t input_channels = 4, output_channels = 3;
-    static constexpr const char* stage_name = "colour inpainting";
+    static constexpr const char* stage_name = "color inpainting";
 
     /// Rows of channels; not set to zero first.
     template <class Value>
@@ -91,8 +91,8 @@ private:
 
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
-    std::vector<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
-                                   std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
+                                   buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
@@ -112,10 +112,10 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
 }
 
 template <executor Executor>
-std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+buffer<float> farbrausch::colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                        const observer& watcher) const {
     LDI_ASSERT(wanted.size() == layers.size());
-    std::vector<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
     watcher.report(stage_name, 0.1F);
     detail::smooth_fills fills = detail::smooth_filler(layers, levels, architecture_.growth, threads).run();
     for (detail::farbrausch_level& level : levels) {
@@ -127,19 +127,19 @@ std::vector<float> farbrausch::colours(const photo_layers& layers, std::span<con
     float done = 0.2F;
     const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
-    const std::vector<float> corrections = std::visit(
+    const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
     for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
     return std::move(fills.fill);
 }
 
 template <class Weights, executor Executor, class Report>
-std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colours input,
-                                           std::vector<detail::farbrausch_level>& levels, Executor& threads,
+buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
+                                           buffer<detail::farbrausch_level>& levels, Executor& threads,
                                            Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_convolution_source<value_type>;
-    std::vector<feature_map<value_type>> encoded(depth() + 1);
+    buffer<feature_map<value_type>> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
         encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
         std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), layers.input);
@@ -159,7 +159,7 @@ std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions
         report();
     }
     feature_map<value_type> coarser = std::move(encoded[depth()]);
-    std::vector<float> result;
+    buffer<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
         const Weights& weights = layers.decoder[i];
         const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}, coarser.zero},
@@ -182,27 +182,27 @@ std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions
 
 template <executor Executor>
 void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer& watcher) const {
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
-    std::vector<std::uint8_t> wanted(known.size());
+    const buffer<std::uint8_t>& known = layers.column<known_column>();
+    buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
-    const std::vector<float> values = colours(layers, wanted, threads, watcher);
-    std::vector<std::uint8_t>& colour = layers.column<colour_column>();
+    const buffer<float> values = colors(layers, wanted, threads, watcher);
+    buffer<std::uint8_t>& color = layers.column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            colour[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
+            color[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& colour, const image<std::uint8_t>& known, Executor& threads,
+image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
                                         const observer& watcher) const {
-    LDI_ASSERT(channels(colour) == 3 && channels(known) == 1 && height(colour) == height(known) && width(colour) == width(known));
-    photo_layers layers(make_grid(static_cast<std::int32_t>(width(colour)), static_cast<std::int32_t>(height(colour))));
-    std::copy(colour.begin(), colour.end(), layers.column<colour_column>().begin());
+    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() && color.width() == known.width());
+    photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
+    std::copy(color.begin(), color.end(), layers.column<color_column>().begin());
     std::copy(known.begin(), known.end(), layers.column<known_column>().begin());
     inpaint(layers, threads, watcher);
-    image<std::uint8_t> result = make_image<std::uint8_t>(height(colour), width(colour), 3);
-    std::copy(layers.column<colour_column>().begin(), layers.column<colour_column>().end(), result.begin());
+    image<std::uint8_t> result(color.height(), color.width(), 3, unset);
+    std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
     return result;
 }
 

@@ -1,15 +1,16 @@
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
-// networks/caffe2.hpp or nn/quantized_weights.hpp reads.
+// formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
-#include <ldi/core/detail/printable.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/networks/detail/exponential.hpp>
-#include <ldi/nn/quantized_network.hpp>
+#include <ldi/nn/dense/quantized_network.hpp>
 
 #include <algorithm>
 #include <array>
@@ -18,7 +19,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -35,7 +35,7 @@ public:
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// Raises an error if the network is not one that turns a colour image into a single channel of the same size.
+    /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity)
         : network_(description, target), output_(output) {
@@ -67,21 +67,21 @@ public:
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
     static image<std::uint8_t> resize_for_network(const image<std::uint8_t>& photo, Executor& threads) {
-        if (photo.size() == 0 || channels(photo) != 3)
+        if (photo.size() == 0 || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
-                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
-        const tensor_size size = network_size({height(photo), width(photo)});
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+        const tensor_size size = network_size({photo.height(), photo.width()});
         return area_resize(photo, size.height, size.width, threads);
     }
 
     /// rgb       H' x W' x 3, 0 to 255, both sides multiples of 32
     /// progress, memory  as in quantized_network::run
-    /// Returns the network's own result, H' x W' x 1: log disparity in the quantisation level_quantization().
+    /// Returns the network's own result, H' x W' x 1: log disparity in the quantization level_quantization().
     template <executor Executor, class Progress = quantized_network::ignore_progress>
     image<std::uint8_t> levels(const image<std::uint8_t>& rgb, Executor& threads, Progress&& progress = {},
                                std::span<std::byte> memory = {}) const {
         check_input(rgb);
-        return network_.run(quantized_colour(rgb), threads, progress, memory);
+        return network_.run(quantized_color(rgb), threads, progress, memory);
     }
 
     /// The same, layer by layer.
@@ -90,11 +90,11 @@ public:
     template <executor Executor, class Observe>
     image<std::uint8_t> levels_observed(const image<std::uint8_t>& rgb, Executor& threads, Observe&& observe) const {
         check_input(rgb);
-        return network_.run_observed(quantized_colour(rgb), threads, observe);
+        return network_.run_observed(quantized_color(rgb), threads, observe);
     }
 
     /// As quantized_network::describe_steps().
-    std::vector<quantized_network::step_description> describe_steps(tensor_size rgb) const {
+    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const {
         return network_.describe_steps(rgb);
     }
 
@@ -115,13 +115,13 @@ public:
     /// What the values of levels() stand for, same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
-        image<float> result = make_image<float>(height(levels), width(levels), channels(levels));
+        image<float> result(levels.height(), levels.width(), levels.channels(), unset);
         std::transform(levels.data(), levels.data() + levels.size(), result.data(), [&](std::uint8_t q) { return table[q]; });
         return result;
     }
 
-    /// Colour as the first layer reads it: in [0, 1], in the quantisation of the network's input. Same shape as `rgb`.
-    image<std::uint8_t> quantized_colour(const image<std::uint8_t>& rgb) const {
+    /// Color as the first layer reads it: in [0, 1], in the quantization of the network's input. Same shape as `rgb`.
+    image<std::uint8_t> quantized_color(const image<std::uint8_t>& rgb) const {
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
@@ -129,14 +129,14 @@ public:
             table[i] =
                 static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
         }
-        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
+        image<std::uint8_t> result(rgb.height(), rgb.width(), rgb.channels(), unset);
         std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
         return result;
     }
 
     quantization level_quantization() const { return network_.output_quantization(); }
 
-    /// The ratio of neighbouring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
+    /// The ratio of neighboring values of disparity(): a difference of this size may be rounding, not an edge. Where steps are
     /// equal in disparity itself, their ratio is that of the two nearest values.
     float quantization_step() const {
         const std::array<float, 256> table = disparity_table();
@@ -148,9 +148,9 @@ private:
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
 
     static void check_input(const image<std::uint8_t>& rgb) {
-        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+        if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
             raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
-                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+                  std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
     /// What each 8-bit result of the network stands for. No disparity is 0 or less: that of a step's half stands for all of

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/render/camera.hpp>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ struct key_frame {
 };
 
 /// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
-/// neighbours (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
+/// neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
 /// do not rise, or a zoom is not above 0.
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 

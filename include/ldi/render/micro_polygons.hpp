@@ -2,8 +2,8 @@
 // is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 #pragma once
 
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/pixel_squares.hpp>
@@ -16,8 +16,8 @@
 
 namespace ldi {
 
-/// Draws a layered image. Colours run smoothly over links, and are a pixel's own out to its edge where it has none; colours that
-/// are known and colours that are not never mix.
+/// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
+/// are known and colors that are not never mix.
 ///
 /// taken_from  the camera whose pixels these are; its size is the lattice's
 /// from        where the picture is to be drawn from
@@ -42,7 +42,7 @@ rendering render_layers(const photo_layers& layers, const view& taken_from, cons
                 const std::int64_t area = detail::signed_area(t);
                 if (area == 0 || (area < 0 && !options.both_sides)) continue;
                 if (area < 0) std::swap(t[1], t[2]);
-                band.draw(t, [&](double u, double v) { return detail::colour_within_pixel(layers, pixel, u, v); });
+                band.draw(t, [&](double u, double v) { return detail::color_within_pixel(layers, pixel, u, v); });
             }
         },
         threads);

@@ -2,9 +2,10 @@
 // camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/canonical_order.hpp>
-#include <ldi/core/error.hpp>
-#include <ldi/core/executor.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/pixel_squares.hpp>
@@ -19,7 +20,6 @@
 #include <limits>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace ldi {
 
@@ -36,7 +36,7 @@ struct peeled_layers {
 
 namespace detail {
 
-/// Where the ray through the centre of a pixel meets a surface.
+/// Where the ray through the center of a pixel meets a surface.
 struct fragment {
     std::size_t position;  ///< y * width + x on the screen
     surface_triangle where;
@@ -44,9 +44,9 @@ struct fragment {
 };
 
 /// The fragments of the rows [first_row, last_row), by position, then nearest first.
-inline std::vector<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
+inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
                                        std::int64_t first_row, std::int64_t last_row, std::int64_t width, bool both_sides) {
-    std::vector<fragment> result;
+    buffer<fragment> result;
     for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
         const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
         for (const side s : all_sides) {
@@ -74,7 +74,7 @@ inline std::vector<fragment> peel_band(const pixel_squares& squares, const band_
 }
 
 /// The range, widened to hold all fragments. Rounding alone does not widen it.
-inline depth_range range_of(const std::vector<fragment>& fragments, const depth_range& range) {
+inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
@@ -88,13 +88,13 @@ inline depth_range range_of(const std::vector<fragment>& fragments, const depth_
 
 }  // namespace detail
 
-/// Every surface that the ray through the centre of a pixel of `from` meets becomes a pixel there, any number of them at one
-/// position. Neighbours are linked where the surface leads from one to the other without a tear and without folding back, which
+/// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
+/// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
 /// is followed exactly: peeled from where it was taken, a layered image stays as it is.
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colours are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
+/// Colors are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
 /// and too_large if there are 2^31 pixels or more.
 template <executor Executor>
 peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
@@ -111,15 +111,15 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             return squares.is_drawn(i) ? detail::vertical_extent{squares.top(i), squares.bottom(i)} : detail::vertical_extent{};
         },
         bands, band_rows);
-    std::vector<std::vector<detail::fragment>> parts(bands);
+    buffer<buffer<detail::fragment>> parts(bands);
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
             parts[b] = detail::peel_band(squares, lists, b, first_row, std::min(first_row + band_rows, h), w, options.both_sides);
         }
     });
-    std::vector<detail::fragment> fragments;
-    for (std::vector<detail::fragment>& part : parts) {
+    buffer<detail::fragment> fragments;
+    for (buffer<detail::fragment>& part : parts) {
         fragments.insert(fragments.end(), part.begin(), part.end());
         part = {};
     }
@@ -131,15 +131,15 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
     graph& g = result.layers.topology;
     g.width = from.camera.width, g.height = from.camera.height;
     g.resize(count);
-    for (const side s : all_sides) std::fill(g.neighbours(s).begin(), g.neighbours(s).end(), no_pixel);
+    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
     result.layers.resize_columns(count);
-    std::vector<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
+    buffer<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
     for (const detail::fragment& f : fragments) ++start[f.position + 1];
     for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
 
     const double last = 1.0 / static_cast<double>(result.range.z_far);
     const double span = 1.0 / static_cast<double>(result.range.z_near) - last;
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<std::uint8_t>& known = layers.column<known_column>();
     parallel_for(threads, count, 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const detail::fragment& f = fragments[i];
@@ -147,10 +147,10 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             g.y[i] = static_cast<std::int32_t>(f.position / static_cast<std::size_t>(w));
             result.layers.column<disparity_column>()[i] =
                 static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            result.layers.column<known_column>()[i] = known[static_cast<std::size_t>(f.where.pixel)];
-            const std::array<std::uint8_t, 3> colour = detail::colour_within_pixel(layers, f.where.pixel, f.u, f.v);
-            std::copy(colour.begin(), colour.end(),
-                      result.layers.column<colour_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
+            result.layers.column<known_column>()[i] = known[f.where.pixel];
+            const std::array<std::uint8_t, 3> color = detail::color_within_pixel(layers, f.where.pixel, f.u, f.v);
+            std::copy(color.begin(), color.end(),
+                      result.layers.column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
         }
     });
     const detail::surface_walk walk(layers.topology, squares);

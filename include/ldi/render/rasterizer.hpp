@@ -1,9 +1,10 @@
-// A software rasteriser: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
+// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
 // holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
 // pixels.
 #pragma once
 
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
@@ -16,7 +17,6 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -28,7 +28,7 @@ struct raster_options {
 };
 
 struct rendering {
-    image<std::uint8_t> colour;    ///< H x W x 3: the mean of the pixel's samples
+    image<std::uint8_t> color;    ///< H x W x 3: the mean of the pixel's samples
     image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
@@ -60,13 +60,13 @@ inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>&
         if (vertex >= count)
             raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
-    for (const std::vector<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-    if (channels(texture) != 3 || texture.size() == 0)
+    if (texture.channels() != 3 || texture.size() == 0)
         raise(
             error_code::mismatch, "texture", "3 channels and at least one pixel",
-            std::to_string(height(texture)) + " x " + std::to_string(width(texture)) + " x " + std::to_string(channels(texture)));
+            std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " + std::to_string(texture.channels()));
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -85,12 +85,12 @@ inline void check_raster_options(const view& from, const raster_options& options
 
 /// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
-    const double last_x = static_cast<double>(width(texture) - 1), last_y = static_cast<double>(height(texture) - 1);
+    const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
-    const std::size_t x1 = std::min(x0 + 1, width(texture) - 1), y1 = std::min(y0 + 1, height(texture) - 1);
+    const std::size_t x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
     const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
-    const std::uint8_t *const upper = row(texture, y0), *const lower = row(texture, y1);
+    const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c) {
         const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
@@ -103,16 +103,16 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
 /// The samples of a few rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    std::vector<float> inverse_depth;                     ///< 0 where nothing is
-    std::vector<std::array<std::uint8_t, 3>> colour;
+    buffer<float> inverse_depth;                     ///< 0 where nothing is
+    buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
         : first_row(first), last_row(last), width(samples_across) {
         inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
-        colour.assign(inverse_depth.size(), background);
+        color.assign(inverse_depth.size(), background);
     }
 
-    /// shade(u, v)  the colour at texture coordinates
+    /// shade(u, v)  the color at texture coordinates
     template <class Shade>
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
@@ -122,7 +122,7 @@ struct sample_band {
                 const float here = static_cast<float>(values.inverse_depth(x, y));
                 if (here <= inverse_depth[i]) continue;
                 inverse_depth[i] = here;
-                colour[i] = shade(values.u(x, y), values.v(x, y));
+                color[i] = shade(values.u(x, y), values.v(x, y));
             }
         });
     }
@@ -138,14 +138,14 @@ struct sample_band {
                 for (std::size_t j = 0; j < n; ++j)
                     for (std::size_t i = 0; i < n; ++i) {
                         const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
-                        for (std::size_t c = 0; c < 3; ++c) sum[c] += colour[sample][c];
+                        for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
                         covered += inverse_depth[sample] > 0 ? 1U : 0U;
                         nearest = std::max(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
-                    row(result.colour, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
-                row(result.depth, y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                row(result.coverage, y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+                    result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                result.depth.row(y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                result.coverage.row(y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
             }
     }
 };
@@ -157,8 +157,8 @@ struct vertical_extent {
 
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
-    std::vector<std::size_t> start;
-    std::vector<std::size_t> list;
+    buffer<std::size_t> start;
+    buffer<std::size_t> list;
 
     /// extent(i)  the vertical_extent of thing i, of `count`
     template <class Extent>
@@ -174,7 +174,7 @@ struct band_lists {
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
         for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
         list.resize(start.back());
-        std::vector<std::size_t> next = start;
+        buffer<std::size_t> next = start;
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
     }
 };
@@ -188,7 +188,7 @@ template <executor Executor, class Extent, class Draw>
 rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
     const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
-    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
     const std::int64_t band_rows = 16 * options.samples;
     const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
                        across = static_cast<std::int64_t>(w) * options.samples;
@@ -212,7 +212,7 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
                     const raster_options& options, Executor& threads) {
     detail::check_drawable(mesh, texture);
     detail::check_raster_options(from, options);
-    std::vector<detail::screen_triangle> triangles;
+    buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);

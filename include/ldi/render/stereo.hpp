@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ldi/core/camera.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
 
@@ -32,11 +32,11 @@ inline float eye_distance(const pinhole_camera& camera, const depth_range& range
 namespace detail {
 
 inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
-    if (left.shape() != right.shape() || channels(left) != 3)
+    if (!same_shape(left, right) || left.channels() != 3)
         raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
-              std::to_string(width(left)) + " x " + std::to_string(height(left)) + " x " + std::to_string(channels(left)) +
-                  " and " + std::to_string(width(right)) + " x " + std::to_string(height(right)) + " x " +
-                  std::to_string(channels(right)));
+              std::to_string(left.width()) + " x " + std::to_string(left.height()) + " x " + std::to_string(left.channels()) +
+                  " and " + std::to_string(right.width()) + " x " + std::to_string(right.height()) + " x " +
+                  std::to_string(right.channels()));
 }
 
 }  // namespace detail
@@ -44,17 +44,17 @@ inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t
 /// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
 inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
     detail::check_pair(left, right);
-    const std::size_t values = 3 * width(left);
-    image<std::uint8_t> result = make_image<std::uint8_t>(height(left), 2 * width(left), 3);
-    for (std::size_t y = 0; y < height(left); ++y) {
-        std::copy_n(row(left, y), values, row(result, y));
-        std::copy_n(row(right, y), values, row(result, y) + values);
+    const std::size_t values = 3 * left.width();
+    image<std::uint8_t> result(left.height(), 2 * left.width(), 3, unset);
+    for (std::size_t y = 0; y < left.height(); ++y) {
+        std::copy_n(left.row(y), values, result.row(y));
+        std::copy_n(right.row(y), values, result.row(y) + values);
     }
     return result;
 }
 
 /// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
-/// keeps coloured things equally bright to both eyes; "half colour"), green and blue are the right picture's. Raises mismatch.
+/// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
 inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
     detail::check_pair(left, right);
     image<std::uint8_t> result = right;
@@ -70,7 +70,7 @@ inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image
 ///
 /// depth  H x W x 1, infinity where nothing is
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
-    image<std::uint16_t> result = make_image<std::uint16_t>(height(depth), width(depth));
+    image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
     std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {
         if (!std::isfinite(z)) return std::uint16_t{0};

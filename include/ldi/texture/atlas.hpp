@@ -2,10 +2,11 @@
 // Generation").
 #pragma once
 
-#include <ldi/core/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
@@ -13,7 +14,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -24,25 +24,25 @@ struct atlas_options {
 };
 
 struct texture_atlas {
-    image<std::uint8_t> colour;               ///< H x W x 3, sides multiples of 16; grey where no chart is
-    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its colour from
-    std::vector<chart_placement> placements;  ///< one a chart
+    image<std::uint8_t> color;               ///< H x W x 3, sides multiples of 16; gray where no chart is
+    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its color from
+    buffer<chart_placement> placements;  ///< one a chart
     float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
 
 /// photo, refilled or occluded for each pixel.
-inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
+inline buffer<texel_kind> pixel_kinds(const photo_layers& layers) {
     const graph& g = layers.topology;
-    const std::vector<float>& disparity = layers.column<disparity_column>();
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<float>& disparity = layers.column<disparity_column>();
+    const buffer<std::uint8_t>& known = layers.column<known_column>();
     const auto at = [&](std::size_t i) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
-    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
+    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
     for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
-    std::vector<texel_kind> kinds(g.size());
+    buffer<texel_kind> kinds(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
         kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
     return kinds;
@@ -50,7 +50,7 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. `layers` has a colour for every pixel by now; known_column says which are the photo's own,
+/// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <executor Executor = const serial_executor>
@@ -60,7 +60,7 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
-    std::vector<rectangle_size> sizes;
+    buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
     const packing packed = pack(sizes, options.max_side / macroblock_side);
@@ -68,14 +68,14 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     texture_atlas atlas;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
-    atlas.colour = make_image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
-    atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
+    atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
+    atlas.kind = image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
     atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
 
-    const std::vector<texel_kind> kinds = detail::pixel_kinds(layers);
+    const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.column<colour_column>(), kinds, atlas.colour, atlas.kind);
+        chart_padder padder(layers.topology, layers.column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};

@@ -2,7 +2,8 @@
 // blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
 #pragma once
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@
 #include <numeric>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace ldi {
 
@@ -27,7 +27,7 @@ struct rectangle_corner {
 /// Where each rectangle lies, and how large the sheet is that holds them all.
 struct packing {
     rectangle_size sheet;
-    std::vector<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
+    buffer<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
 };
 
 /// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
@@ -80,7 +80,7 @@ private:
         leaves_.push_back(l);
     }
 
-    std::vector<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
@@ -88,8 +88,8 @@ private:
 namespace detail {
 
 /// Large ones first: by the longer side, then by the shorter, then in the caller's order.
-inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
-    std::vector<std::size_t> order(sizes.size());
+inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
+    buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         const rectangle_size m = sizes[a], n = sizes[b];
@@ -104,7 +104,7 @@ inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> si
 }
 
 inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std::size_t> order, rectangle_size sheet,
-                      std::vector<rectangle_corner>& corners) {
+                      buffer<rectangle_corner>& corners) {
     packing_tree tree(sheet);
     corners.resize(sizes.size());
     for (std::size_t i : order)
@@ -125,10 +125,10 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
-    const std::vector<std::size_t> order = detail::packing_order(sizes);
+    const buffer<std::size_t> order = detail::packing_order(sizes);
 
     packing best;
-    std::vector<rectangle_corner> corners;
+    buffer<rectangle_corner> corners;
     const auto sheet_area = [](rectangle_size s) { return std::int64_t{s.width} * s.height; };
     const auto fits = [&](rectangle_size sheet) {
         if (!detail::pack_into(sizes, order, sheet, corners)) return false;

@@ -1,31 +1,31 @@
 // Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
-// padding, a few texels thick: copied from the neighbouring chart where the surface goes on, diffused where it ends. Macroblock
+// padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
 // padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
-/// JPEG codes colour in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+/// JPEG codes color in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// Where a texel of the atlas has its colour from: the classes of the paper's Figure "atlas".
+/// Where a texel of the atlas has its color from: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
     empty,       ///< in no block of a chart
     photo,       ///< a pixel that the photo shows
-    refilled,    ///< a pixel in front, but so close to a silhouette that its colour was mixed and had to be inpainted
+    refilled,    ///< a pixel in front, but so close to a silhouette that its color was mixed and had to be inpainted
     occluded,    ///< an inpainted pixel behind another
-    copied,      ///< filter padding from the neighbouring chart
+    copied,      ///< filter padding from the neighboring chart
     diffused,    ///< filter padding where the surface ends
     macroblock,  ///< the rest of a chart's blocks
 };
@@ -45,19 +45,19 @@ struct padding_options {
 class chart_padder {
 public:
     /// kind_of  K: photo, refilled or occluded for each pixel
-    /// colour   the atlas, H x W x 3
+    /// color   the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
-    chart_padder(const graph& g, std::span<const std::uint8_t> colours, std::span<const texel_kind> kind_of,
-                 image<std::uint8_t>& colour, image<texel_kind>& kind)
+    chart_padder(const graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+                 image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
-          colours_(colours.data()),
+          colors_(colors.data()),
           kind_of_(kind_of.data()),
-          colour_(colour.data()),
+          color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
+          stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
 
     /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
-    ///       texels away from its rim. Colours of texels that stay empty are left alone.
+    ///       texels away from its rim. Colors of texels that stay empty are left alone.
     void draw(const chart& c, chart_placement placement, atlas_rectangle room, const padding_options& options) {
         draw_own(c, placement);
         find_border(c, placement);
@@ -82,13 +82,13 @@ private:
         for (std::int32_t pixel : c.pixels) {
             const std::ptrdiff_t texel = texel_of(pixel, c, placement);
             kind_[texel] = kind_of_[pixel];
-            copy_colour(texel, pixel);
+            copy_color(texel, pixel);
         }
     }
 
-    void copy_colour(std::ptrdiff_t texel, std::int32_t pixel) {
+    void copy_color(std::ptrdiff_t texel, std::int32_t pixel) {
         for (std::ptrdiff_t channel = 0; channel < 3; ++channel)
-            colour_[3 * texel + channel] = colours_[3 * std::ptrdiff_t{pixel} + channel];
+            color_[3 * texel + channel] = colors_[3 * std::ptrdiff_t{pixel} + channel];
     }
 
     void find_border(const chart& c, chart_placement placement) {
@@ -109,10 +109,10 @@ private:
             if (b.pixel == no_pixel) continue;
             for (side s : all_sides) {
                 const std::ptrdiff_t texel = b.texel + step(s);
-                const std::int32_t beyond = graph_.neighbour(b.pixel, s);
+                const std::int32_t beyond = graph_.neighbor(b.pixel, s);
                 if (beyond == no_pixel || kind_[texel] != texel_kind::empty) continue;
                 kind_[texel] = texel_kind::copied;
-                copy_colour(texel, beyond);
+                copy_color(texel, beyond);
                 next_border_.push_back({texel, beyond});
             }
         }
@@ -141,9 +141,9 @@ private:
         }
         diffusion_.solve(rounds);
         for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion::colour_type& value = diffusion_.colour(static_cast<std::int32_t>(i) + 1);
+            const diffusion::color_type& value = diffusion_.color(static_cast<std::int32_t>(i) + 1);
             for (std::size_t channel = 0; channel < 3; ++channel)
-                colour_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
+                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
                     static_cast<std::uint8_t>(value[channel] + 0.5F);
         }
     }
@@ -172,26 +172,26 @@ private:
         const std::int32_t cell = diffusion_.add_cell(x, y);
         unknown_.push_back(texel);
         const auto look = [&](bool inside, std::ptrdiff_t other) {
-            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbour(cell, colour_ + 3 * other);
+            if (inside && is_known(kind_[other])) diffusion_.add_known_neighbor(cell, color_ + 3 * other);
             return inside && is_unknown(kind_[other]);
         };
         if (look(x > 0, texel - 1)) diffusion_.link_left(cell, cell - 1);
-        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[static_cast<std::size_t>(x)]);
+        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[x]);
         look(x + 1 < room.width, texel + 1);
         look(y + 1 < room.height, texel + stride_);
-        cell_above_[static_cast<std::size_t>(x)] = cell;
+        cell_above_[x] = cell;
     }
 
     const graph& graph_;
-    const std::uint8_t* colours_;
+    const std::uint8_t* colors_;
     const texel_kind* kind_of_;
-    std::uint8_t* colour_;
+    std::uint8_t* color_;
     texel_kind* kind_;
     std::ptrdiff_t stride_;
-    std::vector<border_texel> border_, next_border_;
+    buffer<border_texel> border_, next_border_;
     diffusion diffusion_;
-    std::vector<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
-    std::vector<std::int32_t> cell_above_, open_blocks_;
+    buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
 }  // namespace ldi

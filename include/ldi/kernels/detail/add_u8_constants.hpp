@@ -1,4 +1,4 @@
-// What one quantised addition needs to know: see kernels/add_u8.hpp.
+// What one quantized addition needs to know: see kernels/add_u8.hpp.
 #pragma once
 
 #include <ldi/kernels/isa.hpp>

@@ -1,6 +1,7 @@
 // The packed weights of kernels/conv_u8.hpp, and what packing has in common on all instruction sets.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <cstddef>
@@ -24,9 +25,9 @@ struct conv_u8_weights {
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
-    detail::aligned_vector<std::int8_t> values;
-    detail::aligned_vector<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
-    detail::aligned_vector<float> scales, bias;
+    buffer<std::int8_t> values;
+    buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    buffer<float> scales, bias;
 };
 
 /// What a kernel does with the sums of one panel.

@@ -2,9 +2,9 @@
 // all instruction sets.
 #pragma once
 
-#include <ldi/config.hpp>
+#include <ldi/base/config.hpp>
 #include <ldi/kernels/bfloat16.hpp>
-#include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -29,8 +29,8 @@ struct conv_weights {
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
-    detail::aligned_vector<Value> values;
-    detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
+    buffer<Value> values;
+    buffer<float> bias;  ///< padded with zeros to whole panels
 };
 using conv_f32_weights = conv_weights<float>;
 using conv_bf16_weights = conv_weights<bfloat16>;
@@ -67,7 +67,7 @@ constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (
 /// layer    says how many outputs, rows and inputs there are
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
-void append_panels(aligned_vector<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
+void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
                    std::size_t most_vectors) {
     const panel_cut cut(layer.outputs, lanes, most_vectors);
     const std::size_t inputs = layer.inputs;

@@ -1,12 +1,12 @@
 // The packed weights of kernels/depthwise_u8.hpp.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
@@ -18,10 +18,10 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    std::vector<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
-    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
+    buffer<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
+    buffer<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
+    buffer<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;                       ///< as in gemm_u8_weights
     float_requantization fast;                   ///< as in gemm_u8_weights
 };

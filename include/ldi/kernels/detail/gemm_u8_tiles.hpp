@@ -72,7 +72,7 @@ inline void pack_tiles(gemm_u8_weights& packed, std::span<const std::uint8_t> we
                     append(segment, tile, o);
 }
 
-/// Sums that wait to be requantised: two tiles of pixels, rows behind rows.
+/// Sums that wait to be requantized: two tiles of pixels, rows behind rows.
 struct tile_sums {
     const std::int32_t* values = nullptr;
     std::size_t rows = 0;           ///< of each of the two tiles
@@ -105,7 +105,7 @@ public:
         // Tiles are configured for each product, some tens of cycles for thousands: their shape depends on the layer, and tiles
         // left in use between products would be saved and restored whenever the system switches threads.
         unit_.configure(configuration(rows));
-        alignas(cache_line) std::int32_t sums[tiled_pixels * tiled_outputs];
+        alignas(buffer_alignment) std::int32_t sums[tiled_pixels * tiled_outputs];
         tile_sums done;
         const std::int8_t* values = weights_.narrow.data();
         for (std::size_t first = 0; first < weights_.outputs; first += tiled_outputs) {

@@ -1,7 +1,7 @@
 // The packed weights of kernels/gemm_u8.hpp, and what packing has in common on all instruction sets.
 #pragma once
 
-#include <ldi/kernels/detail/aligned_vector.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 #include <ldi/kernels/requantize_float.hpp>
@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace ldi {
 
@@ -21,10 +20,10 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
-    std::vector<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
-    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
+    buffer<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
@@ -64,8 +63,8 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
 }
 
 /// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
-/// -127..128 (a zero point of 127) fit once negated, and the requantisation then takes the sums negated. AVX2 takes wider weights
-/// as well. NEON's requantisation is the integer form.
+/// -127..128 (a zero point of 127) fit once negated, and the requantization then takes the sums negated. AVX2 takes wider weights
+/// as well. NEON's requantization is the integer form.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;

@@ -1,5 +1,5 @@
 // What the NEON kernels share: the dot product, and from sums of 32 bits to 8-bit values. NEON has instructions for each step of
-// the integer requantisation (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
+// the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
 // values. It is exact for every scale.
 #pragma once
 

@@ -3,16 +3,16 @@
 // its boundary.
 #pragma once
 
-#include <ldi/core/error.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/texture/charts.hpp>
+#include <ldi/charts/charts.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace ldi::detail {
 
@@ -23,11 +23,11 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
-/// K bytes: bit s is set where side s of the pixel has no neighbour in the same chart. Pixels stand in canonical order.
-inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+/// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
+inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
-    std::vector<std::uint8_t> sides(g.size(), up | right | down | left);
+    buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
     const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
     std::uint8_t* const bits = sides.data();
@@ -60,7 +60,7 @@ inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<c
             if (r != no_pixel) {
                 if (r != i + 1)
                     raise(error_code::mismatch, "mesh", "pixels in canonical order",
-                          "pixel " + std::to_string(i) + " whose right neighbour is not the next pixel");
+                          "pixel " + std::to_string(i) + " whose right neighbor is not the next pixel");
                 if (chart[r] == chart[i]) clear(bits[i], right), clear(bits[r], left);
             }
             if (d != no_pixel && chart[d] == chart[i]) clear(bits[i], down), clear(bits[d], up);
@@ -86,12 +86,12 @@ struct pixel_corner {
 /// Moves over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
-    boundary_walker(const graph& g, const std::vector<std::uint8_t>& sides)
+    boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
         : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
 
-    std::int32_t neighbour(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
-    pixel_side twin(pixel_side e) const { return {neighbour(e.pixel, e.side), across(e.side)}; }
+    pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
     /// The boundary side that follows `e` clockwise around the same chart; `visit` sees every pixel of the wedge between them.
     template <class Visitor>
@@ -99,7 +99,7 @@ public:
         visit(e.pixel);
         e.side = clockwise(e.side);
         while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbour(e.pixel, e.side);
+            e.pixel = neighbor(e.pixel, e.side);
             visit(e.pixel);
             e.side = counter_clockwise(e.side);
         }
@@ -115,7 +115,7 @@ public:
         visit(e.pixel);
         e.side = counter_clockwise(e.side);
         while (!is_boundary(e.pixel, e.side)) {
-            e.pixel = neighbour(e.pixel, e.side);
+            e.pixel = neighbor(e.pixel, e.side);
             visit(e.pixel);
             e.side = clockwise(e.side);
         }
@@ -128,7 +128,7 @@ public:
     pixel_corner visit_corner_class(pixel_corner c, Visitor&& visit) const {
         pixel_corner first = c, smallest = c;
         while (true) {  // links around a point make a path or a ring
-            const std::int32_t n = neighbour(first.pixel, first.corner);
+            const std::int32_t n = neighbor(first.pixel, first.corner);
             if (n == no_pixel) break;
             first = {n, counter_clockwise(first.corner)};
             if (first.pixel < smallest.pixel) smallest = first;
@@ -140,7 +140,7 @@ public:
         pixel_corner at = first;
         do {
             visit(at.pixel);
-            const std::int32_t n = neighbour(at.pixel, counter_clockwise(at.corner));
+            const std::int32_t n = neighbor(at.pixel, counter_clockwise(at.corner));
             if (n == no_pixel) break;
             at = {n, clockwise(at.corner)};
         } while (!(at == first));

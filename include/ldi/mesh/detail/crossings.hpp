@@ -1,13 +1,13 @@
 // Finds where a polygon's outline crosses or touches itself, all places at once.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/mesh/triangulate.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace ldi::detail {
 
@@ -24,7 +24,7 @@ public:
         std::sort(events_.begin(), events_.end());
         active_.clear();
         for (std::size_t i = 0; i < events_.size(); ++i) {
-            const std::int32_t v = vertex_of(events_[i]), u = before_[static_cast<std::size_t>(v)];
+            const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
             for (std::size_t j = i + 1; j < events_.size() && (events_[j] >> 24) == (events_[i] >> 24); ++j)
                 compare_visits(v, vertex_of(events_[j]), report);
@@ -42,21 +42,21 @@ public:
         for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
         for (std::int32_t v = 0; v < count; ++v) {
             if (fresh[static_cast<std::size_t>(v)] == 0) continue;
-            const edge& e = edges_[static_cast<std::size_t>(v)];
+            const edge& e = edges_[v];
             for (const edge& f : edges_)
                 if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
                     if (collide(e, f)) report.collision(v, f.vertex);
             for (std::int32_t end : {v, next(v)}) {
                 check_visit(end, report);
-                const std::uint64_t here = events_[static_cast<std::size_t>(end)] >> 24;
+                const std::uint64_t here = events_[end] >> 24;
                 for (std::int32_t w = 0; w < count; ++w)
-                    if (events_[static_cast<std::size_t>(w)] >> 24 == here && w != end) compare_visits(end, w, report);
+                    if (events_[w] >> 24 == here && w != end) compare_visits(end, w, report);
             }
         }
     }
 
     /// The vertex before v on the outline of the last polygon.
-    std::int32_t before(std::int32_t v) const { return before_[static_cast<std::size_t>(v)]; }
+    std::int32_t before(std::int32_t v) const { return before_[v]; }
 
 private:
     struct edge {
@@ -71,15 +71,15 @@ private:
     static std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
     static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
     static bool above(lattice_point p, lattice_point q) { return p.y != q.y ? p.y < q.y : p.x < q.x; }
-    lattice_point point(std::int32_t v) const { return shape_->points[static_cast<std::size_t>(v)]; }
-    std::int32_t next(std::int32_t v) const { return shape_->next[static_cast<std::size_t>(v)]; }
+    lattice_point point(std::int32_t v) const { return shape_->points[v]; }
+    std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
     void assign(const polygon& shape) {
         shape_ = &shape;
         const std::size_t count = static_cast<std::size_t>(shape.outline_count);
         before_.resize(count), events_.resize(count);
         for (std::size_t v = 0; v < count; ++v) {
-            before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+            before_[shape.next[v]] = static_cast<std::int32_t>(v);
             events_[v] = polygon_event(shape.points[v], v);
         }
     }
@@ -106,7 +106,7 @@ private:
 
     template <class Report>
     void check_visit(std::int32_t v, Report& report) const {
-        const std::int32_t u = before_[static_cast<std::size_t>(v)];
+        const std::int32_t u = before_[v];
         if (same(point(u), point(next(v))) || same(point(v), point(next(v)))) report.spike(v);
     }
 
@@ -115,13 +115,13 @@ private:
         const visit a = visit_of(v), b = visit_of(w);
         if (overlap(a, b) || overlap(b, a)) report.overlap(v, w);
     }
-    visit visit_of(std::int32_t v) const { return {point(v), point(before_[static_cast<std::size_t>(v)]), point(next(v))}; }
+    visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t turn(lattice_point centre, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - centre.x} * (b.y - centre.y) - std::int64_t{a.y - centre.y} * (b.x - centre.x);
+    static std::int64_t turn(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
     }
-    static std::int64_t dot(lattice_point centre, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - centre.x} * (b.x - centre.x) + std::int64_t{a.y - centre.y} * (b.y - centre.y);
+    static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
     }
     /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
     static bool inside(const visit& v, lattice_point p) {
@@ -131,8 +131,8 @@ private:
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
-    static bool same_direction(lattice_point centre, lattice_point p, lattice_point q) {
-        return turn(centre, p, q) == 0 && dot(centre, p, q) > 0;
+    static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
+        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
@@ -156,9 +156,9 @@ private:
     }
 
     const polygon* shape_ = nullptr;
-    std::vector<std::uint64_t> events_;
-    std::vector<std::int32_t> before_;
-    std::vector<edge> edges_, active_;
+    buffer<std::uint64_t> events_;
+    buffer<std::int32_t> before_;
+    buffer<edge> edges_, active_;
 };
 
 }  // namespace ldi::detail

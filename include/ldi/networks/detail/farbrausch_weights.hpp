@@ -1,12 +1,13 @@
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 #pragma once
 
-#include <ldi/core/detail/printable.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
-#include <ldi/nn/ldi_convolution.hpp>
-#include <ldi/nn/weights.hpp>
+#include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +45,7 @@ struct farbrausch_input<std::uint8_t> {
 /// One convolution a level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
-    std::vector<Weights> encoder, decoder;
+    buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
@@ -72,7 +73,7 @@ public:
 
     farbrausch_convolutions<conv_u8_weights> int8() const {
         auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
-            std::vector<quantized_source> sources;
+            buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
             if (l.inputs() * k * k > most_conv_u8_inputs)
@@ -89,14 +90,14 @@ private:
     std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
     static constexpr std::size_t input_channels = 4, output_channels = 3;
 
-    using values = std::vector<float>;
+    using values = buffer<float>;
     struct ranged_tensor {
         std::string name;
         std::size_t channels;
     };
     struct layer {
         std::string name;
-        std::vector<ranged_tensor> sources;
+        buffer<ranged_tensor> sources;
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
@@ -148,7 +149,7 @@ private:
         return result;
     }
 
-    const values& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
+    const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
             raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");

@@ -2,23 +2,23 @@
 // wanted ones need, found backwards through the network.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/nn/convolution_plan.hpp>
-#include <ldi/nn/pixel_subset.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace ldi::detail {
 
 /// A level of detail, and what the network does there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
-    std::vector<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    buffer<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
@@ -26,17 +26,17 @@ struct farbrausch_level {
     pixel_subset decoded;                     ///< where the decoder gives a result
     convolution_plan encode;                  ///< from `read` here to `read` of the next level
     convolution_plan decode;                  ///< from `read` to `decoded`
-    std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one a level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
-inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
                                                      std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
-    std::vector<farbrausch_level> levels(depth + 1);
-    std::vector<convolution_plan> encode(depth);
+    buffer<farbrausch_level> levels(depth + 1);
+    buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
         const graph& g = i == 0 ? finest : coarse;
@@ -54,17 +54,17 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
     }
 
     // The decoder, from its result down to the coarsest level.
-    std::vector<std::vector<std::uint8_t>> read_marks(depth);
+    buffer<buffer<std::uint8_t>> read_marks(depth);
     levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
         level.decode = restrict_to(level.average, level.decoded.pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
-        std::vector<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
+        buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
-                above_marks[static_cast<std::size_t>(level.above[pixel])] = 1;
+                above_marks[level.above[pixel]] = 1;
         levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
@@ -80,8 +80,8 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
         level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
         level.decoded_above.reserve(level.read.size());
         for (const std::int32_t pixel : level.read.pixels) {
-            const std::int32_t above = level.above[static_cast<std::size_t>(pixel)];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[static_cast<std::size_t>(above)]);
+            const std::int32_t above = level.above[pixel];
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
         }
     }
     return levels;

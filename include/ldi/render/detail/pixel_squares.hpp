@@ -1,10 +1,11 @@
-// The pixels of a layered image as squares of four triangles each, from the pixel's centre to its sides. Linked pixels share
-// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasteriser works in.
+// The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
+// corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/core/detail/disjoint_sets.hpp>
-#include <ldi/core/error.hpp>
+#include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
@@ -16,7 +17,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace ldi::detail {
 
@@ -49,7 +49,7 @@ public:
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
     }
 
-    /// Centre and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
+    /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
     /// the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
         const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
@@ -86,15 +86,15 @@ private:
             }
         }
         const std::int32_t corners = sets.number(corner_of_);
-        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centres come first
+        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centers come first
         vertices_.resize(count + static_cast<std::size_t>(corners));
     }
 
     /// A corner has the mean disparity of the pixels that share it.
-    void place(const std::vector<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
+    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
                std::int32_t samples, float z_near) {
         const std::size_t count = graph_.size();
-        std::vector<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
+        buffer<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t c = 0; c < 4; ++c) {
                 sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
@@ -102,7 +102,7 @@ private:
             }
         const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
         const relative_projection project(taken_from, from, samples, z_near);
-        std::vector<std::uint8_t> safe(vertices_.size(), 0);
+        buffer<std::uint8_t> safe(vertices_.size(), 0);
         const auto put = [&](std::size_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
@@ -110,7 +110,7 @@ private:
                       std::to_string(d));
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
-        std::vector<std::uint8_t> is_placed(sum.size(), 0);
+        buffer<std::uint8_t> is_placed(sum.size(), 0);
         drawn_.resize(count);
         for (std::size_t i = 0; i < count; ++i) {
             put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
@@ -172,29 +172,29 @@ private:
     };
 
     const graph& graph_;
-    std::vector<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    std::vector<screen_vertex> vertices_;  // the pixels' centres, then the corners
-    std::vector<std::uint8_t> drawn_;      // one a pixel
+    buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
+    buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
+    buffer<std::uint8_t> drawn_;      // one a pixel
 };
 
-/// The colour at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centres of pixels that are
+/// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
 /// linked around the corner and known alike.
-inline std::array<std::uint8_t, 3> colour_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
     const graph& g = layers.topology;
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<std::uint8_t>& known = layers.column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
-    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbour(from, s); };
+    const auto step = [&](std::int32_t from, side s) { return from == no_pixel ? no_pixel : g.neighbor(from, s); };
     const std::int32_t beside = step(pixel, across), below = step(pixel, along);
     std::int32_t diagonal = step(beside, along);
     if (diagonal == no_pixel) diagonal = step(below, across);
     std::array<float, 3> sum{};
     float total = 0;
     const auto add = [&](std::int32_t other, float weight) {
-        if (other == no_pixel || known[static_cast<std::size_t>(other)] != known[static_cast<std::size_t>(pixel)]) return;
-        const auto colour = layers.at<colour_column>(other);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(colour[c]);
+        if (other == no_pixel || known[other] != known[pixel]) return;
+        const auto color = layers.at<color_column>(other);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
         total += weight;
     };
     add(pixel, (1 - weight_x) * (1 - weight_y));

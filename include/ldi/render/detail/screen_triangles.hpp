@@ -2,6 +2,7 @@
 // rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
 #pragma once
 
+#include <ldi/base/memory.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
 
@@ -11,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace ldi::detail {
 
@@ -121,7 +121,7 @@ public:
           slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
 
     /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
-    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, std::vector<screen_triangle>& result) const {
+    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);

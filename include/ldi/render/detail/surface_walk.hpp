@@ -1,5 +1,5 @@
 // Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
-// tells which of the surfaces at neighbouring pixels are one. In integers, by the same rule for edges as the rasteriser, so that
+// tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
 // the two always agree.
 #pragma once
 
@@ -68,11 +68,11 @@ public:
     }
 
 private:
-    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's centre to a corner, 1 is the pixel's side. Returns the edge
+    /// Goes over an edge of a triangle: 0 and 2 lead from its pixel's center to a corner, 1 is the pixel's side. Returns the edge
     /// by which the next triangle is entered.
     std::size_t cross(surface_triangle& from, std::size_t edge) const {
         if (edge == 1) {
-            from = {graph_.neighbour(from.pixel, from.outer), opposite(from.outer)};
+            from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
             return 1;
         }
         const std::size_t turn = edge == 0 ? 3 : 1;

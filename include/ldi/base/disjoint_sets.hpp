@@ -1,0 +1,71 @@
+// Disjoint sets of the integers from 0, merged in almost constant time: union-find with path halving (Tarjan and van Leeuwen,
+// "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
+// the order of merging.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::detail {
+
+class disjoint_sets {
+public:
+    disjoint_sets() = default;
+    /// Every integer in a set of its own.
+    explicit disjoint_sets(std::size_t count) {
+        parent_.reserve(count);
+        while (parent_.size() < count) add();
+    }
+
+    std::size_t size() const { return parent_.size(); }
+
+    /// Appends an integer in a set of its own, and returns it.
+    std::int32_t add() {
+        const std::int32_t member = static_cast<std::int32_t>(parent_.size());
+        parent_.push_back(member);
+        return member;
+    }
+
+    /// The smallest member of the set that holds `member`.
+    std::int32_t find(std::int32_t member) {
+        LDI_ASSERT(member >= 0 && static_cast<std::size_t>(member) < size());
+        while (parent(member) != member) {
+            parent(member) = parent(parent(member));
+            member = parent(member);
+        }
+        return member;
+    }
+
+    /// Merges the sets that hold a and b, and returns the smallest member of the result.
+    std::int32_t merge(std::int32_t a, std::int32_t b) {
+        a = find(a), b = find(b);
+        if (b < a) {
+            parent(a) = b;
+            return b;
+        }
+        parent(b) = a;
+        return a;
+    }
+
+    /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
+    /// the set that holds it.
+    std::int32_t number(buffer<std::int32_t>& labels) const {
+        labels.resize(size());
+        std::int32_t count = 0;
+        for (std::size_t i = 0; i < size(); ++i) {
+            const std::size_t up = static_cast<std::size_t>(parent_[i]);  // never above i, so it has its number already
+            labels[i] = up == i ? count++ : labels[up];
+        }
+        return count;
+    }
+
+private:
+    std::int32_t& parent(std::int32_t member) { return parent_[member]; }
+
+    buffer<std::int32_t> parent_;
+};
+
+}  // namespace ldi::detail

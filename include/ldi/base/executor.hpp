@@ -1,0 +1,192 @@
+// The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
+// Results never depend on the executor or on its number of threads.
+#pragma once
+
+#include <ldi/base/error.hpp>
+
+#include <algorithm>
+#include <concepts>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
+/// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
+/// order, and returns when all calls have returned. An engine wraps its own job system in these two members. No exception leaves
+/// the functions that parallel_for hands over, so that they may be called from C.
+template <class T>
+concept executor = requires(T& e, std::size_t count, void (*function)(void*, std::size_t), void* data) {
+    { e.concurrency() } -> std::convertible_to<std::size_t>;
+    e.run(count, function, data);
+};
+
+/// Runs everything on the calling thread.
+struct serial_executor {
+    std::size_t concurrency() const { return 1; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
+        for (std::size_t i = 0; i < count; ++i) function(data, i);
+    }
+};
+
+/// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
+/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it. The first exception
+/// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
+template <executor Executor, class Body>
+void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
+    if (count == 0) return;
+    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces a thread even out uneven work
+    const std::size_t possible = count / std::max<std::size_t>(grain, 1);
+    const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
+    if (pieces <= 1) {
+        body(std::size_t{0}, count);
+        return;
+    }
+    struct task {
+        std::remove_reference_t<Body>* body;
+        std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        std::mutex mutex{};
+        std::exception_ptr failure{};
+
+        std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
+        void run(std::size_t i) {
+#if LDI_HAS_EXCEPTIONS
+            {
+                const std::lock_guard lock(mutex);
+                if (failure != nullptr) return;
+            }
+            try {
+                (*body)(start(i), start(i + 1));
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                if (failure == nullptr) failure = std::current_exception();
+            }
+#else
+            (*body)(start(i), start(i + 1));
+#endif
+        }
+    } shared{&body, count / pieces, count % pieces};
+    threads.run(
+        pieces, [](void* data, std::size_t i) { static_cast<task*>(data)->run(i); }, &shared);
+    if (shared.failure != nullptr) std::rethrow_exception(shared.failure);
+}
+
+/// A fixed set of threads that the caller owns. The calling thread works too. Not reentrant: a body must not use the same pool.
+class thread_pool {
+public:
+    /// threads  total number that work, the caller's included; 0 means as many as the machine has. If the system refuses to start
+    ///          so many, the pool is smaller.
+    explicit thread_pool(std::size_t threads = 0) {
+        if (threads == 0) threads = std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
+        workers_.reserve(threads - 1);
+        for (std::size_t i = 1; i < threads; ++i)
+            if (!start_worker()) break;
+    }
+    thread_pool(const thread_pool&) = delete;
+    thread_pool& operator=(const thread_pool&) = delete;
+    ~thread_pool() {
+        {
+            const std::lock_guard lock(mutex_);
+            stop_ = true;
+        }
+        wake_.notify_all();
+        for (std::thread& worker : workers_) worker.join();
+    }
+
+    std::size_t concurrency() const { return workers_.size() + 1; }
+
+    /// The first exception that a call throws is rethrown here, after all calls have ended.
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        const std::lock_guard one_at_a_time(run_mutex_);
+        std::unique_lock lock(mutex_);
+        function_ = function, data_ = data, next_ = 0, count_ = count, running_ = 0, failure_ = nullptr;
+        wake_.notify_all();
+        drain(lock);
+        done_.wait(lock, [this] { return next_ == count_ && running_ == 0; });
+        if (failure_ != nullptr) std::rethrow_exception(std::exchange(failure_, nullptr));
+    }
+
+private:
+    bool start_worker() {
+#if LDI_HAS_EXCEPTIONS
+        try {
+            workers_.emplace_back([this] { work(); });
+        } catch (const std::exception&) {
+            return false;
+        }
+#else
+        workers_.emplace_back([this] { work(); });
+#endif
+        return true;
+    }
+
+    void work() {
+        std::unique_lock lock(mutex_);
+        while (true) {
+            wake_.wait(lock, [this] { return stop_ || next_ < count_; });
+            if (stop_) return;
+            drain(lock);
+        }
+    }
+
+    void drain(std::unique_lock<std::mutex>& lock) {
+        while (next_ < count_) {
+            const std::size_t index = next_++;
+            ++running_;
+            lock.unlock();
+            std::exception_ptr failure = call(index);
+            lock.lock();
+            if (failure != nullptr) {
+                if (failure_ == nullptr) failure_ = failure;
+                next_ = count_;  // the rest would be thrown away
+            }
+            if (--running_ == 0 && next_ == count_) done_.notify_all();
+        }
+    }
+
+    std::exception_ptr call(std::size_t index) {
+#if LDI_HAS_EXCEPTIONS
+        try {
+            function_(data_, index);
+        } catch (...) {
+            return std::current_exception();
+        }
+#else
+        function_(data_, index);
+#endif
+        return nullptr;
+    }
+
+    std::vector<std::thread> workers_;
+    std::mutex run_mutex_, mutex_;
+    std::condition_variable wake_, done_;
+    void (*function_)(void*, std::size_t) = nullptr;
+    void* data_ = nullptr;
+    std::size_t next_ = 0, count_ = 0, running_ = 0;
+    std::exception_ptr failure_;
+    bool stop_ = false;
+};
+
+/// How the caller follows and stops long work. Both functions may be null; both are called on the thread that called the stage.
+struct observer {
+    void* user = nullptr;
+    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
+    bool (*is_canceled)(void* user) = nullptr;
+
+    /// Reports progress; raises error_code::canceled if the caller wants to stop.
+    void report(std::string_view stage, float fraction) const {
+        if (on_progress != nullptr) on_progress(user, stage, fraction);
+        if (is_canceled != nullptr && is_canceled(user))
+            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
+    }
+};
+
+}  // namespace ldi

@@ -1,0 +1,303 @@
+// Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
+// generation). Seed and grow: pixels are visited in order, each one without a chart seeds a new one, which grows breadth-first
+// along links under the paper's three constraints:
+//   1. no fold: a chart has at most one pixel at a lattice position;
+//   2. the bounding box is capped, so that charts pack well;
+//   3. where a surface ends, a range of lattice positions across the edge is unusable for other surfaces in the chart, so that
+//      texture filtering never mixes two. Pixels there come to lie in another chart. The paper says so of the front side of depth
+//      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
+//      to a fold, in the middle of what hides it would else bleed into that.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace ldi {
+
+/// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
+struct chart {
+    std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
+    std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
+    buffer<std::int32_t> pixels;    ///< its pixels' indices in the layered image, ascending
+};
+
+/// A partition of all pixels into charts.
+struct chart_set {
+    buffer<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
+    buffer<chart> charts;
+};
+
+/// Where a chart lies in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
+struct chart_placement {
+    std::int32_t x = 0, y = 0;
+};
+
+struct chart_options {
+    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
+    /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
+    /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
+    /// all, so only larger ones are cut.
+    std::int32_t max_side = 2048;
+    /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
+    std::int32_t filter_range = 4;
+    /// Pixels at most this far apart in disparity are one surface (the paper's tau_disp).
+    float discontinuity_threshold = 0.05F;
+};
+
+namespace detail {
+
+/// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
+/// at others are never of different surfaces within that range, so there constraint 3 holds of itself: almost everywhere, in a
+/// photo.
+inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
+    constexpr std::uint8_t taken = 1, contested = 2;
+    const std::size_t columns = static_cast<std::size_t>(g.width);
+    buffer<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
+    const auto row_of = [&](std::int32_t y) { return positions.data() + static_cast<std::size_t>(y) * columns; };
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        const std::int32_t x = g.x[i], y = g.y[i];
+        std::uint8_t& here = row_of(y)[x];
+        here = static_cast<std::uint8_t>((here & taken) == 0 ? here | taken : here | contested);
+        if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
+        const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
+                          (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
+        if (!ends) continue;
+        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width - 1);
+        const std::int32_t last = std::min<std::int32_t>(y + range, g.height - 1);
+        for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
+            for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
+    }
+    for (std::uint8_t& p : positions) p = static_cast<std::uint8_t>(p >> 1);
+    return positions;
+}
+
+inline constexpr std::int32_t max_filter_range = 8;
+
+/// Grows one chart after the other. Lattice positions remember the pixel that was put there last, so that nothing is cleared in
+/// between.
+class chart_grower {
+public:
+    chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
+        : graph_(g),
+          disparity_(disparity),
+          range_(options.filter_range),
+          threshold_(options.discontinuity_threshold),
+          cap_x_(even_share(g.width, options.max_side)),
+          cap_y_(even_share(g.height, options.max_side)),
+          near_other_(positions_near_other_surfaces(g, options.filter_range)),
+          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
+          cell_shift_(cell_shift(options.filter_range)),
+          cell_columns_(static_cast<std::size_t>((g.width >> cell_shift_) + 1)),
+          cells_(cell_columns_ * static_cast<std::size_t>((g.height >> cell_shift_) + 1)) {
+        result_.chart_of.assign(g.size(), -1);
+    }
+
+    chart_set grow_all() {
+        const std::int32_t count = static_cast<std::int32_t>(graph_.size());
+        for (std::int32_t seed = 0; seed < count; ++seed)
+            if (chart_of(seed) < 0) grow(seed);
+        for (std::int32_t first = 0, last = 0; first < count; first = last) {
+            const std::int32_t c = chart_of(first);
+            while (last < count && chart_of(last) == c) ++last;
+            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
+            for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
+        }
+        return std::move(result_);
+    }
+
+private:
+    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by
+    /// side.
+    struct run {
+        std::int32_t first, x, y, count;
+    };
+
+    /// What disparities the chart that was here last has in a square of the lattice, among pixels near other surfaces. Mostly
+    /// tells at a glance that there is no other surface.
+    struct cell {
+        std::int32_t chart = -1;
+        float lowest = 0, highest = 0;
+    };
+
+    /// Cells of 2^shift a side, so large that the filter's reach to both sides touches no more than two.
+    static int cell_shift(std::int32_t range) {
+        int shift = 1;
+        while ((1 << shift) < 2 * range) ++shift;
+        return shift;
+    }
+
+    static std::int32_t even_share(std::int32_t length, std::int32_t cap) {
+        const std::int32_t pieces = (length - 1) / cap + 1;  // 1 for a length of 0
+        return (length + pieces - 1) / pieces;
+    }
+
+    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
+
+    void grow(std::int32_t seed) {
+        current_ = static_cast<std::int32_t>(result_.charts.size());
+        const std::size_t s = static_cast<std::size_t>(seed);
+        left_ = right_ = graph_.x[s], top_ = bottom_ = graph_.y[s];
+        queue_.clear();
+        add_run(seed, graph_.x[s], graph_.y[s]);
+        std::size_t pixels = 0;
+        for (std::size_t next = 0; next < queue_.size(); ++next) {
+            const run r = queue_[next];
+            pixels += static_cast<std::size_t>(r.count);
+            grow_from(r, graph_.up, r.y - 1);
+            grow_from(r, graph_.down, r.y + 1);
+        }
+        chart grown;
+        grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
+        grown.pixels.reserve(pixels);
+        result_.charts.push_back(std::move(grown));
+    }
+
+    void grow_from(const run& r, const buffer<std::int32_t>& links, std::int32_t y) {
+        std::int32_t pixel = r.first;
+        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
+            const std::int32_t beyond = links[pixel];
+            if (may_join(beyond, x, y)) add_run(beyond, x, y);
+        }
+    }
+
+    /// Adds a pixel that may join, and all that may and are linked to it from left to right.
+    void add_run(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        accept(pixel, x, y);
+        run r{pixel, x, y, 1};
+        for (std::int32_t last = pixel;; ++r.count) {
+            last = graph_.right[last];
+            if (!may_join(last, x + r.count, y)) break;
+            accept(last, x + r.count, y);
+        }
+        for (;; ++r.count, --r.x) {
+            const std::int32_t before = graph_.left[r.first];
+            if (!may_join(before, r.x - 1, y)) break;
+            accept(before, r.x - 1, y);
+            r.first = before;
+        }
+        queue_.push_back(r);
+    }
+
+    bool may_join(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        if (pixel == no_pixel || chart_of(pixel) >= 0) return false;
+        if (right_ - x >= cap_x_ || x - left_ >= cap_x_ || bottom_ - y >= cap_y_ || y - top_ >= cap_y_) return false;
+        if (occupant(x, y) != no_pixel) return false;
+        return near_other_[at(x, y)] == 0 || is_clear_of_other_surfaces(pixel, x, y);
+    }
+
+    void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        chart_of(pixel) = current_;
+        occupants_[at(x, y)] = pixel;
+        left_ = std::min(left_, x), right_ = std::max(right_, x);
+        top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
+        if (near_other_[at(x, y)] != 0) {
+            const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+            cell& c = cell_at(x, y);
+            if (c.chart != current_) c = {current_, disparity, disparity};
+            c.lowest = std::min(c.lowest, disparity), c.highest = std::max(c.highest, disparity);
+        }
+    }
+
+    cell& cell_at(std::int32_t x, std::int32_t y) {
+        return cells_[static_cast<std::size_t>(y >> cell_shift_) * cell_columns_ + static_cast<std::size_t>(x >> cell_shift_)];
+    }
+
+    /// The current chart's pixel at a lattice position.
+    std::int32_t occupant(std::int32_t x, std::int32_t y) {
+        const std::int32_t pixel = occupants_[at(x, y)];
+        return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
+    }
+
+    /// What is within the filter's reach of a position.
+    struct window {
+        std::int32_t left, right, top, bottom;
+    };
+    window around(std::int32_t x, std::int32_t y) const {
+        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width - 1),
+                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height - 1)};
+    }
+
+    bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const window w = around(x, y);
+        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        const auto has_others = [&](const cell& c) {
+            return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
+        };
+        if (!has_others(cell_at(w.left, w.top)) && !has_others(cell_at(w.right, w.top)) &&
+            !has_others(cell_at(w.left, w.bottom)) && !has_others(cell_at(w.right, w.bottom)))
+            return true;
+        for (std::int32_t v = w.top; v <= w.bottom; ++v)
+            for (std::int32_t u = w.left; u <= w.right; ++u) {
+                const std::int32_t other = occupant(u, v);
+                if (other == no_pixel || !differ(other, pixel)) continue;
+                if (is_off_surface(pixel, u - x, v - y, other) || is_off_surface(other, x - u, y - v, pixel)) return false;
+            }
+        return true;
+    }
+
+    /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
+    /// the other way, or where the surface ends before.
+    bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
+        const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
+        const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
+        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps,
+                              const buffer<std::int32_t>& second, std::int32_t second_steps) {
+            std::int32_t at = pixel;
+            for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
+                const std::int32_t next = (step < first_steps ? first : second)[at];
+                if (next == no_pixel) break;
+                at = next;
+            }
+            return at;
+        };
+        return differ(other, walk(along_x, std::abs(steps_x), along_y, std::abs(steps_y))) &&
+               differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
+    }
+
+    bool differ(std::int32_t a, std::int32_t b) const {
+        return std::abs(disparity_[static_cast<std::size_t>(a)] - disparity_[static_cast<std::size_t>(b)]) > threshold_;
+    }
+
+    std::size_t at(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
+    }
+
+    const graph& graph_;
+    std::span<const float> disparity_;
+    std::int32_t range_;
+    float threshold_;
+    std::int32_t cap_x_, cap_y_;
+    buffer<std::uint8_t> near_other_;
+    buffer<std::int32_t> occupants_;
+    int cell_shift_;
+    std::size_t cell_columns_;
+    buffer<cell> cells_;
+    buffer<run> queue_;
+    std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
+    chart_set result_;
+};
+
+}  // namespace detail
+
+/// disparity  K, in [0, 1]
+///
+/// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
+inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
+    LDI_ASSERT(disparity.size() == g.size());
+    if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
+    if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
+        raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
+    return detail::chart_grower(g, disparity, options).grow_all();
+}
+
+}  // namespace ldi

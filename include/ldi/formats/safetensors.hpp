@@ -1,0 +1,232 @@
+// Reads safetensors files (https://huggingface.co/docs/safetensors): eight bytes of header length, a JSON header with the type,
+// the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/nn/ldi/weights.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// where  names the file in messages
+///
+/// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
+/// Errors: invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
+
+/// Errors: file_access, and those of decode_safetensors().
+inline named_tensors load_safetensors(const std::filesystem::path& path) {
+    return decode_safetensors(read_file(path), path.string());
+}
+
+namespace detail {
+
+/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
+/// Errors: mismatch where the metadata have nothing or something else for it.
+inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
+                           const std::string& expected) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end() || found->second != expected)
+        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+              found == file.metadata.end() ? "none" : printable(found->second));
+}
+
+}  // namespace detail
+
+namespace detail::safetensors {
+
+inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
+inline constexpr std::size_t most_dimensions = 8;
+
+inline std::uint32_t little_endian(const std::byte* bytes, int size) {
+    std::uint32_t value = 0;
+    for (int i = 0; i < size; ++i) value |= std::to_integer<std::uint32_t>(bytes[i]) << (8 * i);
+    return value;
+}
+
+inline float float_from_bits(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+inline float half_to_float(std::uint32_t half) {
+    const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
+    if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
+    if (exponent != 0) return float_from_bits(sign | ((exponent + 112) << 23) | (fraction << 13));
+    const float value = static_cast<float>(fraction) * 0x1p-24F;  // subnormal
+    return sign != 0 ? -value : value;
+}
+
+template <class Scalar, class Decode>
+buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_bytes, Decode&& decode) {
+    buffer<Scalar> values(bytes.size() / scalar_bytes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.data() + i * scalar_bytes);
+    return values;
+}
+
+/// Bytes of one value; 0 for a type that is not read.
+inline std::size_t scalar_size(std::string_view type) {
+    if (type == "F32" || type == "I32") return 4;
+    if (type == "F16" || type == "BF16") return 2;
+    return type == "I8" || type == "U8" ? 1 : 0;
+}
+
+inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
+    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_from_bits(little_endian(b, 4)); });
+    if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
+    if (type == "BF16")
+        return decoded<float>(bytes, 2, [](const std::byte* b) { return float_from_bits(little_endian(b, 2) << 16); });
+    if (type == "I32")
+        return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
+    if (type == "I8")
+        return decoded<std::int8_t>(bytes, 1, [](const std::byte* b) { return static_cast<std::int8_t>(little_endian(b, 1)); });
+    return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
+}
+
+/// Where the values of a tensor lie, as the header has it.
+struct entry {
+    std::string name, type;
+    buffer<std::size_t> shape;
+    std::size_t begin = 0, end = 0;
+};
+
+/// An object. Deeper nesting than the format has is refused while parsing, and so are keys that come twice, which JSON libraries
+/// let pass.
+inline nlohmann::json parse_object(std::string_view text, const std::string& where) {
+    std::vector<std::set<std::string>> keys;  // of the objects that are open
+    const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
+        using parse_event = nlohmann::json::parse_event_t;
+        if (depth >= 3 && (event == parse_event::object_start || event == parse_event::array_start))
+            raise(error_code::invalid_data, where, "JSON nested at most three deep", "deeper nesting");
+        if (event == parse_event::object_start) keys.emplace_back();
+        if (event == parse_event::object_end) keys.pop_back();
+        if (event == parse_event::key && !keys.back().insert(parsed.get_ref<const std::string&>()).second)
+            raise(error_code::invalid_data, where, "every name once", printable(parsed.get_ref<const std::string&>()) + " twice");
+        return true;
+    };
+    nlohmann::json object = nlohmann::json::parse(text.begin(), text.end(), watch, false);
+    if (!object.is_object()) raise(error_code::invalid_data, where, "a JSON object", "something else");
+    return object;
+}
+
+/// One line of the header, each part checked against the rest and against the size of the data.
+inline entry checked_entry(const std::string& name, const nlohmann::json& line, std::size_t data_bytes,
+                           const std::string& where) {
+    const std::string here = where + ", tensor " + printable(name);
+    const auto part = [&](const char* key, bool is_right_kind) {
+        if (!is_right_kind) raise(error_code::invalid_data, here, std::string(key) + " as the format has it", "another or none");
+    };
+    const auto member = [&](const char* key) { return line.is_object() && line.contains(key) ? line[key] : nlohmann::json(); };
+    const auto sizes = [&](const char* key, std::size_t most) {
+        const nlohmann::json values = member(key);
+        part(key, values.is_array() && values.size() <= most);
+        buffer<std::size_t> result;
+        for (const nlohmann::json& value : values) {
+            part(key, value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<std::size_t>::max());
+            result.push_back(value.get<std::size_t>());
+        }
+        return result;
+    };
+    entry result;
+    result.name = name;
+    part("dtype", member("dtype").is_string());
+    result.type = member("dtype").get<std::string>();
+    result.shape = sizes("shape", most_dimensions);
+    const buffer<std::size_t> offsets = sizes("data_offsets", 2);
+    part("data_offsets", offsets.size() == 2 && line.size() == 3);
+    result.begin = offsets[0], result.end = offsets[1];
+
+    const std::size_t scalar_bytes = scalar_size(result.type);
+    if (scalar_bytes == 0) raise(error_code::unsupported, here, "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
+    if (result.begin > result.end || result.end > data_bytes)
+        raise(error_code::invalid_data, here, "values inside the " + std::to_string(data_bytes) + " bytes of data",
+              "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
+    std::size_t needed = scalar_bytes;
+    for (std::size_t length : result.shape) {
+        if (length != 0 && needed > std::numeric_limits<std::size_t>::max() / length)
+            raise(error_code::too_large, here, "a shape that fits into memory", shape_text(result.shape));
+        needed *= length;
+    }
+    if (needed != result.end - result.begin)
+        raise(error_code::invalid_data, here,
+              std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
+              std::to_string(result.end - result.begin));
+    return result;
+}
+
+}  // namespace detail::safetensors
+
+inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
+    using namespace detail::safetensors;
+    if (bytes.size() < 8)
+        raise(error_code::invalid_data, where, "8 bytes of header length", std::to_string(bytes.size()) + " bytes");
+    const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
+    if (header_bytes > bytes.size() - 8)
+        raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
+              std::to_string(bytes.size() - 8) + " bytes in all");
+    if (header_bytes > most_header_bytes)
+        raise(error_code::too_large, where, "a header of at most " + std::to_string(most_header_bytes) + " bytes",
+              std::to_string(header_bytes));
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, static_cast<std::size_t>(header_bytes));
+    const std::span<const std::byte> data = bytes.subspan(8 + static_cast<std::size_t>(header_bytes));
+
+    named_tensors result;
+    result.where = where;
+    buffer<entry> entries;
+    const nlohmann::json header = parse_object(text, where);
+    for (const auto& [name, line] : header.items()) {
+        if (name != "__metadata__") {
+            entries.push_back(checked_entry(name, line, data.size(), where));
+            continue;
+        }
+        if (!line.is_object()) raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+        for (const auto& [key, value] : line.items()) {
+            if (!value.is_string())
+                raise(error_code::invalid_data, where, "metadata that is text", "something else for " + detail::printable(key));
+            result.metadata.emplace(key, value.get<std::string>());
+        }
+    }
+
+    // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
+    std::sort(entries.begin(), entries.end(),
+              [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+    std::size_t filled = 0;
+    for (const entry& e : entries) {
+        if (e.begin != filled)
+            raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
+                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "byte " + std::to_string(e.begin));
+        filled = e.end;
+    }
+    if (filled != data.size())
+        raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
+              std::to_string(filled));
+    for (entry& e : entries) {
+        decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
+        result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});
+    }
+    return result;
+}
+
+}  // namespace ldi

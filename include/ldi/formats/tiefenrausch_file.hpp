@@ -1,0 +1,49 @@
+// Loads a depth network from a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small student of
+// the published network, in the same arithmetic. formats/published_network.hpp loads that one.
+#pragma once
+
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/published_network.hpp>
+#include <ldi/formats/safetensors.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
+#include <ldi/nn/dense/quantized_weights.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace ldi {
+
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+///
+/// Errors: those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
+/// network.
+inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
+                                        isa target = best_isa()) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    for (const auto& [key, expected] :
+         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}})
+        detail::check_metadata(file, "a depth network", key, expected);
+    const auto output = file.metadata.find("output");
+    const bool is_linear = output != file.metadata.end() && output->second == "disparity";
+    if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    return tiefenrausch(read_quantized_network(file), target,
+                        is_linear ? network_output::disparity : network_output::log_disparity);
+}
+
+/// Errors: file_access, and those of decode_tiefenrausch().
+inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
+    return decode_tiefenrausch(read_file(path), path.string());
+}
+
+/// path  a folder that holds the published network (load_tiefenrausch()), or a file (load_tiefenrausch_file())
+inline tiefenrausch load_depth_network(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) ? load_tiefenrausch(path) : load_tiefenrausch_file(path);
+}
+
+}  // namespace ldi

@@ -1,0 +1,123 @@
+// Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
+// used, and an error names the tensor.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/nn/dense/network_description.hpp>
+
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <variant>
+
+namespace ldi::detail {
+
+inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
+
+/// The factor from an accumulator's unit to the output's. The order of the operations decides the last bit.
+inline float requantization_scale(quantization input, quantization weights, quantization output) {
+    return input.scale * weights.scale / output.scale;
+}
+
+/// What the checks keep of each tensor that has passed.
+struct checked_tensor {
+    quantization values;
+    std::size_t channels;
+};
+
+inline void check_scale(const std::string& name, float scale) {
+    if (!(scale >= std::numeric_limits<float>::min() && scale <= std::numeric_limits<float>::max()))
+        raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
+}
+
+inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors,
+                                           std::size_t input) {
+    if (input >= tensors.size())
+        raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
+    return tensors[input];
+}
+
+/// Every output's sums stay inside 32 bits, in any order of summation and with the input's zero point folded into the bias.
+inline void check_accumulators(const std::string& name, const convolution_description& c) {
+    const std::size_t inputs = c.weights.size() / c.bias.size();
+    for (std::size_t o = 0; o < c.bias.size(); ++o) {
+        std::int64_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i)
+            sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
+        const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
+        if (most > std::numeric_limits<std::int32_t>::max())
+            raise(error_code::unsupported, name, "sums below 2^31",
+                  "up to " + std::to_string(most) + " in output " + std::to_string(o));
+    }
+}
+
+inline std::size_t check_operator(const std::string& place, quantization output, const convolution_description& c,
+                                  const buffer<checked_tensor>& tensors) {
+    const checked_tensor& input = checked_input(place, tensors, c.input);
+    const std::size_t outputs = c.bias.size();
+    if (outputs == 0 || outputs > most_channels)
+        raise(error_code::unsupported, place, "1 to " + std::to_string(most_channels) + " channels", std::to_string(outputs));
+    if (c.kernel % 2 == 0 || c.kernel > most_kernel || (c.depthwise && c.kernel != 3))
+        raise(error_code::unsupported, place, c.depthwise ? "a 3 x 3 depthwise kernel" : "an odd kernel, at most 7 x 7",
+              std::to_string(c.kernel) + " x " + std::to_string(c.kernel));
+    if (c.stride == 0 || c.stride > most_stride)
+        raise(error_code::unsupported, place, "a stride of 1 or 2", std::to_string(c.stride));
+    if (c.depthwise && outputs != input.channels)
+        raise(error_code::mismatch, place, std::to_string(input.channels) + " channels, as the input has",
+              std::to_string(outputs));
+    const std::uint64_t weights = std::uint64_t{outputs} * c.kernel * c.kernel * (c.depthwise ? 1 : input.channels);
+    if (c.weights.size() != weights)
+        raise(error_code::mismatch, place, std::to_string(weights) + " weights", std::to_string(c.weights.size()));
+    check_scale(place + " weights", c.weight_quantization.scale);
+    const float scale = requantization_scale(input.values, c.weight_quantization, output);
+    if (!is_requantization_scale(scale))
+        raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
+    check_accumulators(place, c);
+    return outputs;
+}
+
+inline std::size_t check_operator(const std::string& place, quantization output, const addition_description& s,
+                                  const buffer<checked_tensor>& tensors) {
+    const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
+    const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
+    if (a.channels != b.channels)
+        raise(error_code::mismatch, place, "two tensors with equally many channels",
+              std::to_string(a.channels) + " and " + std::to_string(b.channels));
+    const float a_ratio = a.values.scale / output.scale, b_ratio = b.values.scale / output.scale;
+    if (!are_addition_ratios(a_ratio, b_ratio))
+        raise(error_code::unsupported, place, "ratios of input scale to output scale of which the larger is in [2^-10, 2^8)",
+              std::to_string(a_ratio) + " and " + std::to_string(b_ratio));
+    return a.channels;
+}
+
+inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
+                                  const buffer<checked_tensor>& tensors) {
+    const checked_tensor& input = checked_input(place, tensors, r.input);
+    if (r.factor == 0 || r.factor > most_resize_factor)
+        raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
+    if (output != input.values) raise(error_code::mismatch, place, "the input's scale and zero point", "others");
+    return input.channels;
+}
+
+inline void check_network(const network_description& network) {
+    const std::string input = place_in(network.where, network.input_name);
+    if (network.input_channels == 0 || network.input_channels > most_channels)
+        raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
+              std::to_string(network.input_channels));
+    check_scale(input, network.input.scale);
+    buffer<checked_tensor> tensors{{network.input, network.input_channels}};
+    for (const operator_description& op : network.operators) {
+        const std::string place = place_in(network.where, op.name);
+        check_scale(place, op.output.scale);
+        const std::size_t channels =
+            std::visit([&](const auto& kind) { return check_operator(place, op.output, kind, tensors); }, op.kind);
+        tensors.push_back({op.output, channels});
+    }
+    if (network.output >= tensors.size())
+        raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
+}
+
+}  // namespace ldi::detail

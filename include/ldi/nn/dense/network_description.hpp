@@ -1,0 +1,54 @@
+// A quantized network as plain data, between the reader of a file format (formats/caffe2.hpp) and what runs it
+// (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/kernels/requantize.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+
+namespace ldi {
+
+/// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
+struct convolution_description {
+    std::size_t input = 0;   ///< a tensor
+    std::size_t kernel = 1;  ///< side of the window, odd
+    std::size_t stride = 1;
+    bool depthwise = false;             ///< each output channel sees its own input channel only
+    buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
+    quantization weight_quantization;
+    buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
+};
+
+/// The sum of two tensors of equal shape.
+struct addition_description {
+    std::array<std::size_t, 2> inputs = {};  ///< tensors
+};
+
+/// Every pixel repeated `factor` times in both directions.
+struct nearest_resize_description {
+    std::size_t input = 0;  ///< a tensor
+    std::size_t factor = 1;
+};
+
+struct operator_description {
+    std::string name;  ///< of the tensor it makes, for messages and for looking at intermediate results
+    quantization output;
+    std::variant<convolution_description, addition_description, nearest_resize_description> kind;
+};
+
+/// Tensors are numbered: 0 is the network's input, i + 1 what operators[i] makes. An operator reads only tensors made before it.
+struct network_description {
+    std::string input_name;
+    std::size_t input_channels = 0;
+    quantization input;
+    buffer<operator_description> operators;
+    std::size_t output = 0;  ///< the tensor that is the network's result
+    std::string where = {};  ///< the file it comes from, for messages; may be empty
+};
+
+}  // namespace ldi

@@ -1,0 +1,279 @@
+// Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
+// "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/nn/dense/detail/schedule.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace ldi {
+
+/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
+class quantized_network {
+public:
+    /// No run may need more than this for the tensors that are alive at the same time when each layer runs on its own.
+    static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
+
+    /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
+    /// Raises an error that names the tensor if the description is not a network that ldi can run.
+    explicit quantized_network(const network_description& description, isa target = best_isa()) : target_(target) {
+        LDI_ASSERT(is_available(target));
+        detail::check_network(description);
+        input_name_ = description.input_name;
+        values_ = {description.input};
+        channels_ = {description.input_channels};
+        for (const operator_description& op : description.operators) {
+            layers_.push_back(detail::pack_layer(target, op, values_, channels_));
+            values_.push_back(op.output);
+            channels_.push_back(layers_.back().channels);
+        }
+        output_ = description.output;
+        find_last_uses();
+        fused_ = detail::fuse(layers_, output_);
+        unfused_ = detail::layer_by_layer(layers_);
+    }
+
+    quantization input_quantization() const { return values_.front(); }
+    quantization output_quantization() const { return values_[output_]; }
+    std::size_t input_channels() const { return channels_.front(); }
+    std::size_t output_channels() const { return channels_[output_]; }
+    std::size_t layer_count() const { return layers_.size(); }
+    isa target() const { return target_; }
+
+    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
+    tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
+
+    /// Bytes that run() works in, beside its input and its result.
+    std::size_t working_bytes(tensor_size input, std::size_t threads) const {
+        return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
+    }
+
+    /// One step of run(): some layers that run as one, and what they cost. For measuring.
+    struct step_description {
+        std::string_view name;  ///< of the tensor that its last layer makes
+        tensor_size size;       ///< of that tensor
+        std::size_t layers = 0;
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications that its convolutions ask for
+    };
+
+    /// In the order in which run() calls `progress`.
+    buffer<step_description> describe_steps(tensor_size input) const {
+        buffer<step_description> described;
+        for (const detail::planned_step& step : plan(input, fused_, true).steps) {
+            const detail::chain_stage& last = step.chain.back();
+            step_description d{last.layer->name, last.output, step.chain.size()};
+            for (const detail::chain_stage& stage : step.chain) {
+                const std::uint64_t pixels = std::uint64_t{stage.output.height} * stage.output.width;
+                if (const auto* dense = std::get_if<detail::dense_layer>(&stage.layer->kind))
+                    d.dense_products += pixels * dense->weights.segments * dense->weights.inputs * dense->weights.outputs;
+                if (std::holds_alternative<detail::depthwise_layer>(stage.layer->kind))
+                    d.depthwise_products += pixels * depthwise_u8_weights::taps * stage.layer->channels;
+            }
+            described.push_back(d);
+        }
+        return described;
+    }
+
+    /// What run() calls after each step unless told otherwise.
+    struct ignore_progress {
+        void operator()(float) const {}
+    };
+
+    /// input     H x W x input_channels(), in input_quantization()
+    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; what it throws ends the run
+    /// memory    where to work, at least working_bytes(); if empty, memory is allocated for the run
+    /// Returns the result in output_quantization().
+    template <executor Executor, class Progress = ignore_progress>
+    image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
+                            std::span<std::byte> memory = {}) const {
+        check_channels(input);
+        const detail::schedule_plan planned = plan({input.height(), input.width()}, fused_, true);
+        const auto after_step = [&](std::size_t step, const std::uint8_t*) {
+            progress(static_cast<float>(step + 1) / static_cast<float>(planned.steps.size()));
+        };
+        return run_steps(input, threads, planned, memory, after_step);
+    }
+
+    /// The same result layer by layer, slower, for looking into the network.
+    ///
+    /// observe  called as observe(layer, name, tensor) on the calling thread with the tensor that each layer makes; what it
+    ///          throws ends the run
+    template <executor Executor, class Observe>
+    image<std::uint8_t> run_observed(const image<std::uint8_t>& input, Executor& threads, Observe&& observe) const {
+        check_channels(input);
+        const buffer<tensor_size> all = sizes({input.height(), input.width()});
+        const detail::schedule_plan planned = plan({input.height(), input.width()}, unfused_, false);
+        const auto after_step = [&](std::size_t layer, const std::uint8_t* values) {
+            const image<std::uint8_t> tensor = to_image(values, all[layer + 1], channels_[layer + 1]);
+            observe(layer, std::string_view(layers_[layer].name), tensor);
+        };
+        return run_steps(input, threads, planned, {}, after_step);
+    }
+
+private:
+    void check_channels(const image<std::uint8_t>& input) const {
+        if (input.channels() != input_channels())
+            raise(error_code::mismatch, input_name_, std::to_string(input_channels()) + " channels",
+                  std::to_string(input.channels()));
+    }
+
+    void find_last_uses() {
+        buffer<std::size_t> last(layers_.size() + 1);
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            last[i + 1] = i;  // a tensor that nothing reads goes at once
+            for (std::size_t t : layers_[i].inputs) last[t] = i;
+        }
+        last_uses_.resize(layers_.size());
+        for (std::size_t t = 1; t < last.size(); ++t)
+            if (t != output_) last_uses_[last[t]].push_back(t);
+    }
+
+    /// The size of every tensor, found before anything is allocated.
+    buffer<tensor_size> sizes(tensor_size input) const {
+        if (input.height == 0 || input.width == 0)
+            raise(error_code::invalid_data, input_name_, "at least one pixel",
+                  std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
+        buffer<tensor_size> found{input};
+        std::uint64_t alive = bytes(0, input);
+        for (std::size_t i = 0; i < layers_.size(); ++i) {
+            const detail::packed_layer& layer = layers_[i];
+            const tensor_size first = found[layer.inputs[0]];
+            for (std::size_t t : layer.inputs)
+                if (found[t] != first)
+                    raise(error_code::mismatch, layer.name, "two tensors of equal size to add",
+                          std::to_string(first.width) + " x " + std::to_string(first.height) + " and " +
+                              std::to_string(found[t].width) + " x " + std::to_string(found[t].height));
+            found.push_back(detail::size_after(layer, first));
+            alive += bytes(i + 1, found.back());
+            if (alive > most_bytes)
+                raise(error_code::too_large, layer.name, "at most " + std::to_string(most_bytes) + " bytes of tensors",
+                      "an input of " + std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
+            for (std::size_t t : last_uses_[i]) alive -= bytes(t, found[t]);
+        }
+        return found;
+    }
+
+    /// Bytes of a tensor, or more than most_bytes if that overflows.
+    std::uint64_t bytes(std::size_t tensor, tensor_size size) const {
+        std::uint64_t product = channels_[tensor];
+        for (std::uint64_t factor : {std::uint64_t{size.height}, std::uint64_t{size.width}})
+            product = factor > most_bytes || product * factor > most_bytes ? most_bytes + 1 : product * factor;
+        return product;
+    }
+
+    detail::schedule_plan plan(tensor_size input, const buffer<detail::schedule_step>& schedule, bool overwrite) const {
+        return detail::plan_schedule(layers_, schedule, sizes(input), channels_, output_, overwrite);
+    }
+
+    static std::size_t bytes_of(const detail::schedule_plan& planned, std::size_t strips) {
+        return planned.tensor_bytes + strips * (planned.strip_bytes + planned.cut_bytes) + buffer_alignment;
+    }
+
+    static image<std::uint8_t> to_image(const std::uint8_t* values, tensor_size size, std::size_t channels) {
+        image<std::uint8_t> result(size.height, size.width, channels, unset);
+        std::memcpy(result.data(), values, result.size());
+        return result;
+    }
+
+    template <class Executor, class AfterStep>
+    image<std::uint8_t> run_steps(const image<std::uint8_t>& input, Executor& threads, const detail::schedule_plan& planned,
+                                  std::span<std::byte> memory, AfterStep&& after_step) const {
+        const std::size_t strips = std::max<std::size_t>(threads.concurrency(), 1);
+        std::unique_ptr<std::byte[]> own;
+        if (memory.empty()) {
+            own.reset(new std::byte[bytes_of(planned, strips)]);  // not make_unique, which would fill it
+            memory = {own.get(), bytes_of(planned, strips)};
+        }
+        LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
+        const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
+        std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
+
+        buffer<std::uint8_t*> tensors;
+        for (std::size_t offset : planned.offsets) tensors.push_back(base + offset);
+        std::memcpy(tensors[0], input.data(), input.size());
+        for (std::size_t i = 0; i < planned.steps.size(); ++i) {
+            run_step(planned.steps[i], tensors, base + planned.tensor_bytes, planned, threads);
+            after_step(i, tensors[planned.steps[i].output]);
+        }
+        if (output_ == 0) return input;
+        const tensor_size size = planned.steps.empty() ? tensor_size{} : size_of_output(planned);
+        return to_image(tensors[output_], size, channels_[output_]);
+    }
+
+    tensor_size size_of_output(const detail::schedule_plan& planned) const {
+        for (const detail::planned_step& step : planned.steps)
+            if (step.output == output_) return step.chain.back().output;
+        return {};
+    }
+
+    template <class Executor>
+    static void run_step(const detail::planned_step& step, const buffer<std::uint8_t*>& tensors, std::uint8_t* memory,
+                         const detail::schedule_plan& planned, Executor& threads) {
+        const std::size_t rows = step.chain.back().output.height;
+        struct strip_task {
+            const detail::planned_step& step;
+            const buffer<std::uint8_t*>& tensors;
+            std::uint8_t *memory, *cuts;
+            const detail::schedule_plan& planned;
+            std::size_t rows, strips;
+
+            std::size_t start(std::size_t strip) const { return strip * rows / strips; }
+            std::uint8_t* cut(std::size_t strip) const { return cuts + strip * planned.cut_bytes; }  // before the strip
+
+            /// The rows around each cut, which one strip overwrites while another needs them.
+            void save_cuts() const {
+                const std::size_t row_bytes = step.chain.front().input_row_bytes();
+                for (std::size_t strip = 1; strip < strips; ++strip)
+                    std::memcpy(cut(strip), tensors[step.input] + (start(strip) - step.reach) * row_bytes,
+                                2 * step.reach * row_bytes);
+            }
+            void run(std::size_t strip) const {
+                const detail::row_range range{start(strip), start(strip + 1)};
+                detail::row_source input;
+                input.rows = tensors[step.input];
+                input.row_bytes = step.chain.front().input_row_bytes();
+                input.middle = {0, step.chain.front().input.height};
+                if (step.overwrites_input) {
+                    input.middle = range;
+                    input.reach = step.reach;
+                    input.before = cut(strip);
+                    input.behind = cut(strip + 1);
+                }
+                detail::chain_runner(step.chain, input, tensors.data(), tensors[step.output],
+                                     memory + strip * planned.strip_bytes)
+                    .run(range);
+            }
+        };
+        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that copies around cuts stay apart
+        const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
+        const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
+        strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
+        if (step.overwrites_input) task.save_cuts();
+        parallel_for(threads, strips, 1, [&task](std::size_t first, std::size_t end) {
+            for (std::size_t strip = first; strip < end; ++strip) task.run(strip);
+        });
+    }
+
+    isa target_;
+    std::string input_name_;
+    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
+    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<detail::packed_layer> layers_;
+    buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    buffer<detail::schedule_step> fused_, unfused_;
+    std::size_t output_ = 0;
+};
+
+}  // namespace ldi

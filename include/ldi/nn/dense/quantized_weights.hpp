@@ -1,0 +1,149 @@
+// Reads an 8-bit network from a weight file that holds its operators beside their weights, as
+// examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/nn/dense/network_description.hpp>
+#include <ldi/nn/ldi/weights.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi {
+
+/// file  of n operators; tensor 0 of the network is its input, tensor i + 1 what operator i makes:
+///
+///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
+///     scales, zero_points                  float, uint8   n + 1, of the tensors
+///     weight_scales, weight_zero_points    float, uint8   n, read where operator i is a convolution
+///     i.weight                             uint8  outputs x kernel x kernel x (inputs; 1 if depthwise)
+///     i.bias                               int32  outputs
+///
+/// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
+/// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
+///
+/// Raises mismatch or invalid_data, naming the tensor, where the file does not hold this. What the description says still goes
+/// through the checks of quantized_network.
+inline network_description read_quantized_network(const named_tensors& file);
+
+namespace detail {
+
+class quantized_weights_reader {
+public:
+    explicit quantized_weights_reader(const named_tensors& file)
+        : file_(file),
+          rows_(tensor_values<std::int32_t>(file, "operators", {operator_count(), columns})),
+          scales_(tensor_values<float>(file, "scales", {operator_count() + 1})),
+          weight_scales_(tensor_values<float>(file, "weight_scales", {operator_count()})),
+          zero_points_(tensor_values<std::uint8_t>(file, "zero_points", {operator_count() + 1})),
+          weight_zero_points_(tensor_values<std::uint8_t>(file, "weight_zero_points", {operator_count()})) {}
+
+    network_description read() {
+        const std::vector<std::string> names = operator_names();
+        result_.where = file_.where;
+        result_.input_name = "input";
+        result_.input = {scales_[0], zero_points_[0]};
+        channels_ = {0};  // of the input, until something reads it
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            decltype(operator_description::kind) kind;
+            switch (row(i, 0, 0, 3)) {
+                case 2: kind = addition_description{{input(i, 1), input(i, 2)}}; break;
+                case 3: kind = nearest_resize_description{input(i, 1), row(i, 4, 1, most_number)}; break;
+                default: kind = convolution(i);
+            }
+            if (channels_.size() == i + 1) channels_.push_back(channels_[input(i, 1)]);
+            result_.operators.push_back({names[i], {scales_[i + 1], zero_points_[i + 1]}, std::move(kind)});
+        }
+        result_.input_channels = channels_[0];
+        result_.output = names.size();
+        check_no_others(file_, used_);
+        return std::move(result_);
+    }
+
+private:
+    static constexpr std::size_t columns = 5, most_number = 65536;
+
+    std::size_t operator_count() const {
+        const auto found = file_.tensors.find("operators");
+        if (found == file_.tensors.end() || found->second.shape.size() != 2 || found->second.shape[0] > most_number)
+            raise(error_code::mismatch, tensor_place(file_, "operators"), "a table of the network's operators",
+                  found == file_.tensors.end() ? "no such tensor" : shape_text(found->second.shape));
+        return found->second.shape[0];
+    }
+
+    std::vector<std::string> operator_names() const {
+        std::vector<std::string> names;
+        const auto listed = file_.metadata.find("operator_names");
+        if (listed != file_.metadata.end()) {
+            const std::string& text = listed->second;
+            for (std::size_t begin = 0, end = 0; end < text.size(); begin = end + 1) {
+                end = std::min(text.find(' ', begin), text.size());
+                names.push_back(printable(std::string_view(text).substr(begin, end - begin)));
+            }
+        }
+        for (std::size_t i = names.size(); i < operator_count(); ++i) names.push_back("operator " + std::to_string(i));
+        names.resize(operator_count());
+        return names;
+    }
+
+    /// A number of the table that must lie in [least, most].
+    std::size_t row(std::size_t i, std::size_t column, std::size_t least, std::size_t most) const {
+        const std::int32_t value = rows_[i * columns + column];
+        if (value < 0 || static_cast<std::size_t>(value) < least || static_cast<std::size_t>(value) > most)
+            raise(error_code::invalid_data,
+                  tensor_place(file_, "operators") + ", row " + std::to_string(i) + ", column " + std::to_string(column),
+                  std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
+        return static_cast<std::size_t>(value);
+    }
+    std::size_t input(std::size_t i, std::size_t column) const { return row(i, column, 0, i); }
+
+    const buffer<std::size_t>& shape_of(const std::string& name) const {
+        const auto found = file_.tensors.find(name);
+        if (found == file_.tensors.end())
+            raise(error_code::mismatch, tensor_place(file_, name), "the weights of a convolution", "no such tensor");
+        return found->second.shape;
+    }
+
+    convolution_description convolution(std::size_t i) {
+        convolution_description c;
+        c.depthwise = row(i, 0, 0, 1) == 1;
+        c.input = input(i, 1);
+        c.kernel = row(i, 3, 1, most_number);
+        c.stride = row(i, 4, 1, most_number);
+        c.weight_quantization = {weight_scales_[i], weight_zero_points_[i]};
+        used_.push_back(std::to_string(i) + ".weight");
+        used_.push_back(std::to_string(i) + ".bias");
+        const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
+        const buffer<std::size_t>& shape = shape_of(weight);
+        if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
+        // The number of channels of the input stands nowhere but in the weights of what reads it.
+        if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
+        c.weights =
+            tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});
+        c.bias = tensor_values<std::int32_t>(file_, bias, {shape[0]});
+        channels_.push_back(shape[0]);
+        return c;
+    }
+
+    const named_tensors& file_;
+    const buffer<std::int32_t>& rows_;
+    const buffer<float>&scales_, &weight_scales_;
+    const buffer<std::uint8_t>&zero_points_, &weight_zero_points_;
+    std::vector<std::string> used_{"operators", "scales", "zero_points", "weight_scales", "weight_zero_points"};
+    buffer<std::size_t> channels_;  ///< of each tensor
+    network_description result_;
+};
+
+}  // namespace detail
+
+inline network_description read_quantized_network(const named_tensors& file) {
+    return detail::quantized_weights_reader(file).read();
+}
+
+}  // namespace ldi

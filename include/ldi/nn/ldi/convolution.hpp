@@ -1,0 +1,126 @@
+// Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
+// bytes, or bfloat16 where a processor multiplies these.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/kernels/conv_bf16.hpp>
+#include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/conv_u8.hpp>
+#include <ldi/kernels/requantize.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/detail/convolution_block.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi {
+
+namespace detail {
+
+/// outputs x inputs x k x k to outputs x k x k x inputs.
+inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
+    LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
+    const std::size_t inputs = weights.size() / (outputs * elements);
+    buffer<float> result(weights.size());
+    for (std::size_t o = 0; o < outputs; ++o)
+        for (std::size_t c = 0; c < inputs; ++c)
+            for (std::size_t e = 0; e < elements; ++e)
+                result[(o * elements + e) * inputs + c] = weights[(o * inputs + c) * elements + e];
+    return result;
+}
+
+}  // namespace detail
+
+/// Weights as PyTorch stores them, in the order that conv_f32() reads.
+///
+/// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
+/// bias     outputs
+/// inputs   channels; where a convolution reads several sources, of all of them, one after the other
+inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                         std::int32_t kernel_size, activation after) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+}
+
+/// The same in the order that conv_bf16() reads, rounded to bfloat16.
+///
+/// target  one that multiplies_bfloat16()
+inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                                   std::int32_t kernel_size, activation after) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size);
+    return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
+}
+
+/// What the bytes of a source stand for.
+struct quantized_source {
+    std::size_t channels = 0;
+    quantization values;
+};
+
+/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
+///
+/// sources  as the convolution will read them; their zero points must be basic_convolution_source::zero
+/// result   of results that are bytes; results that are floats are in units of result.scale
+inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
+                                             std::int32_t kernel_size, activation after,
+                                             std::span<const quantized_source> sources, quantization result) {
+    const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
+    buffer<float> scaled = detail::channels_last(weights, outputs, k * k);
+    buffer<float> input_scales;
+    buffer<std::uint8_t> zero_points;
+    for (std::size_t x = 0; x < k; ++x)
+        for (const quantized_source& source : sources) {
+            input_scales.resize(input_scales.size() + source.channels, source.values.scale);
+            zero_points.resize(zero_points.size() + source.channels, source.values.zero_point);
+        }
+    LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
+    const std::size_t inputs = k * input_scales.size();
+    buffer<std::int8_t> rounded(scaled.size());
+    buffer<float> scales(outputs), result_bias(outputs);
+    for (std::size_t o = 0; o < outputs; ++o) {
+        const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
+        float largest = 0.0F;
+        for (std::size_t i = 0; i < inputs; ++i)
+            largest = std::max(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+        const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
+        for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
+        scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
+    }
+    return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
+}
+
+/// result = activation(weights * window + bias); what does not exist counts as zero.
+///
+/// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
+/// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
+/// a source. A vector or span of float, or of what the sources hold
+///
+/// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
+template <class Weights, class Result, executor Executor>
+void convolve(const convolution_plan& plan, const Weights& weights,
+              std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+              Executor& threads) {
+    LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const auto& s) { return s.mask.empty(); }));
+    detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
+}
+
+/// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
+///
+/// Where a pixel does not exist, or its row is no_pixel, or its mask is 0, its channels count as masked. The sum runs over all
+/// channels of all sources: a pixel counts C of a source's channels where that source has it. Without masks this is partial
+/// convolution by existence.
+///
+/// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
+template <class Weights, class Result, executor Executor>
+void convolve_partially(const convolution_plan& plan, const Weights& weights,
+                        std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
+                        std::span<std::uint8_t> result_mask, Executor& threads) {
+    detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
+}
+
+}  // namespace ldi

@@ -1,0 +1,179 @@
+// Where a k x k convolution on a layered depth image finds its inputs. Most of an LDI is ordinary image rows, and a window there
+// is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
+// which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/window.hpp>
+#include <ldi/nn/ldi/detail/regular_pixels.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi {
+
+/// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
+/// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
+struct convolution_plan {
+    /// Outputs first, first + 1, ... whose windows are ordinary: with row r of segment s, `rows[s * kernel_size + r]`, row r of
+    /// the window of output first + i is the kernel_size pixels round the pixel `row + stride * i`.
+    struct segment {
+        std::int32_t first, count;
+    };
+
+    std::int32_t kernel_size = 1, stride = 1;
+    std::size_t input_count = 0;          ///< pixels of the graph
+    std::size_t output_count = 0;         ///< pixels of the graph, or of the coarse graph
+    buffer<segment> segments;        ///< ascending
+    buffer<std::int32_t> rows;       ///< segments x kernel_size
+    buffer<std::int32_t> irregular;  ///< outputs, ascending
+    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
+
+    /// Elements of a window.
+    std::size_t elements() const { return static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size); }
+
+    /// Memory held.
+    std::size_t bytes() const {
+        return segments.capacity() * sizeof(segment) +
+               (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
+    }
+};
+
+namespace detail {
+
+/// Segments of fewer outputs are not worth a call of their own: gathered, they share tiles with others.
+inline constexpr std::int32_t shortest_segment = 4;
+
+inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
+                        std::int32_t shift) {
+    plan.segments.push_back(s);
+    for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
+}
+
+inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t output, std::int32_t pixel) {
+    plan.irregular.push_back(output);
+    plan.windows.resize(plan.windows.size() + plan.elements());
+    gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
+}
+
+inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size;
+    plan.input_count = plan.output_count = g.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        if (count < shortest_segment) return false;
+        add_segment(plan, {first, count}, rows, 0);
+        return true;
+    });
+    regular.for_each_other([&](std::int32_t pixel) { add_irregular(plan, g, pixel, pixel); });
+    return plan;
+}
+
+inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+    convolution_plan plan;
+    plan.kernel_size = kernel_size, plan.stride = 2;
+    plan.input_count = g.size(), plan.output_count = coarse.kept.size();
+    regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
+        const std::size_t i = static_cast<std::size_t>(first);
+        if (g.y[i] % 2 != 0) return true;
+        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (kept < shortest_segment) return false;
+        // The kept pixels of a run follow each other in the coarse graph.
+        add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        return true;
+    });
+    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
+        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    return plan;
+}
+
+}  // namespace detail
+
+/// kernel_size  odd, 1 to largest_kernel_size
+///
+/// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+    return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
+}
+
+/// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
+inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
+    return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
+}
+
+/// The same plan for some outputs only.
+///
+/// outputs  ascending, each of them an output of the plan
+inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size), elements = plan.elements();
+    convolution_plan result;
+    result.kernel_size = plan.kernel_size, result.stride = plan.stride;
+    result.input_count = plan.input_count, result.output_count = plan.output_count;
+    std::size_t s = 0, irregular = 0;
+    for (std::size_t i = 0; i < outputs.size();) {
+        const std::int32_t output = outputs[i];
+        while (s < plan.segments.size() && plan.segments[s].first + plan.segments[s].count <= output) ++s;
+        if (s == plan.segments.size() || plan.segments[s].first > output) {
+            while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
+            LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
+            result.irregular.push_back(output);
+            const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(irregular * elements);
+            result.windows.insert(result.windows.end(), window, window + static_cast<std::ptrdiff_t>(elements));
+            ++i;
+            continue;
+        }
+        const convolution_plan::segment from = plan.segments[s];
+        std::size_t last = i + 1;
+        while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
+        const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
+        const std::span<const std::int32_t> rows = std::span(plan.rows).subspan(s * k, k);
+        if (count >= detail::shortest_segment)
+            detail::add_segment(result, {output, count}, rows, shift);
+        else
+            for (std::int32_t o = 0; o < count; ++o) {
+                result.irregular.push_back(output + o);
+                for (const std::int32_t row : rows)
+                    for (std::int32_t x = 0; x < plan.kernel_size; ++x)
+                        result.windows.push_back(row + shift + plan.stride * o + x - plan.kernel_size / 2);
+            }
+        i = last;
+    }
+    return result;
+}
+
+/// Sets the marks of the pixels that lie in some window of the plan: what must be known to compute its outputs.
+///
+/// marks  input_count
+inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
+    LDI_ASSERT(marks.size() == plan.input_count);
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
+    for (std::size_t s = 0; s < plan.segments.size(); ++s)
+        for (std::size_t r = 0; r < k; ++r) {
+            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
+            const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
+            const std::span<std::uint8_t> row = marks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+            // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
+            if (plan.kernel_size > 1 || plan.stride == 1)
+                std::fill(row.begin(), row.end(), std::uint8_t{1});
+            else
+                for (std::size_t i = 0; i < row.size(); i += 2) row[i] = 1;
+        }
+    for (const std::int32_t pixel : plan.windows)
+        if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
+}
+
+/// The same pixels, ascending.
+inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    buffer<std::uint8_t> marks(plan.input_count, 0);
+    mark_needed_inputs(plan, marks);
+    buffer<std::int32_t> pixels;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    return pixels;
+}
+
+}  // namespace ldi

@@ -1,0 +1,285 @@
+// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
+// together in a small buffer; both by the same kernel, which adds in the same order.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/kernels/conv_bf16.hpp>
+#include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/conv_u8.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+namespace ldi {
+
+/// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
+///
+/// Value  what the weights' kernel reads: float, bfloat16 or std::uint8_t
+template <class Value>
+struct basic_convolution_source {
+    std::span<const Value> values;  ///< rows x channels
+    std::size_t channels = 0;
+    std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
+    std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+    Value zero = {};                     ///< what stands for zero: of bytes their zero point
+
+    /// The row of a pixel that counts, or no_pixel.
+    std::int32_t row_of(std::int32_t pixel) const {
+        if (pixel == no_pixel) return no_pixel;
+        const std::int32_t row = rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
+        if (row == no_pixel || mask.empty() || mask[static_cast<std::size_t>(row)] != 0) return row;
+        return no_pixel;
+    }
+};
+
+using convolution_source = basic_convolution_source<float>;
+
+namespace detail {
+
+/// A kernel's weights know which kernel that is.
+inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
+}
+template <class Result>
+void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+template <class Result>
+void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+              const float* ratios, Result* result) {
+    conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+/// What stands for zero among the results of such weights.
+template <class Result, class Weights>
+Result zero_of_results(const Weights& weights) {
+    if constexpr (std::is_same_v<Result, std::uint8_t>)
+        return weights.result_zero_point;
+    else
+        return Result{};
+}
+
+/// What stays the same for all blocks of a convolution.
+template <class Weights, class Result>
+struct convolution_job {
+    using value_type = typename Weights::value_type;
+    using result_type = Result;
+    using source_type = basic_convolution_source<value_type>;
+
+    const convolution_plan& plan;
+    const Weights& weights;
+    std::span<const source_type> sources;
+    bool is_partial;
+    std::span<Result> result;
+    std::span<std::uint8_t> result_mask;
+    std::size_t channels;
+
+    bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
+};
+
+/// Rows are short: a call of memmove() for each costs more than it copies.
+template <class Value>
+void copy_row(const Value* from, std::size_t count, Value* to) {
+    constexpr std::size_t step = 4;
+    std::size_t i = 0;
+    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+/// Copies what a pixel holds, and returns how many of its channels count.
+template <class Value>
+std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources, std::int32_t pixel, Value* to) {
+    std::size_t counted = 0;
+    for (const auto& source : sources) {
+        const std::int32_t row = source.row_of(pixel);
+        if (row == no_pixel) {
+            std::fill_n(to, source.channels, source.zero);
+        } else {
+            copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
+            counted += source.channels;
+        }
+        to += source.channels;
+    }
+    return counted;
+}
+
+/// The working memory of a thread.
+template <class Job>
+class convolution_block {
+public:
+    explicit convolution_block(const Job& job) : job_(job) {
+        const std::size_t window = job.plan.elements() * job.channels;
+        batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
+        stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
+        const std::size_t stretch_pixels = stride() * stretch_ + k();
+        values_.resize(std::max(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
+        results_.resize(batch_ * job.weights.outputs);
+        ratios_.resize(std::max(batch_, stretch_));
+        counts_.resize(stretch_pixels);
+    }
+
+    /// Computes those of the outputs [first, last) that are in the plan.
+    void run(std::int32_t first, std::int32_t last) {
+        const convolution_plan& plan = job_.plan;
+        auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
+                                      [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
+        for (; s != plan.segments.end() && s->first < last; ++s) {
+            const std::int32_t from = std::max(first, s->first), to = std::min(last, s->first + s->count);
+            row_pixels rows{};
+            const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
+            for (std::size_t r = 0; r < k(); ++r)
+                rows[r] = plan.rows[at + r] + plan.stride * (from - s->first) - plan.kernel_size / 2;
+            run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
+        }
+        const auto begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
+        const auto end = std::lower_bound(begin, plan.irregular.end(), last);
+        const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
+        for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
+            run_irregular(i, std::min(batch_, end_index - i));
+    }
+
+private:
+    using value_type = typename Job::value_type;
+    using result_type = typename Job::result_type;
+    using row_starts = std::array<const value_type*, largest_kernel_size>;
+
+    static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
+
+    /// The next multiple of the kernels' tiles.
+    static std::size_t whole_tiles(std::size_t outputs) {
+        constexpr std::size_t tile = 24;
+        return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
+    }
+
+    std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
+    std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
+    result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
+
+    using row_pixels = std::array<std::int32_t, largest_kernel_size>;
+
+    /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
+    bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
+        const auto& source = job_.sources[0];
+        if (job_.sources.size() != 1 || !source.rows.empty()) return false;
+        for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
+            const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
+            if (std::find(row.begin(), row.end(), std::uint8_t{0}) != row.end()) return false;
+        }
+        return true;
+    }
+
+    void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
+        row_starts starts{};
+        for (std::size_t r = 0; r < k(); ++r)
+            starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
+        multiply(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
+        if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
+    }
+
+    /// rows  the pixel under the upper left element of the first output's window, and those below it
+    void run_segment(std::size_t output, std::size_t count, const row_pixels& rows) {
+        if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
+        row_starts starts{};
+        for (std::size_t done = 0; done < count; done += stretch_) {
+            const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
+            if (is_whole(rows, stride() * done, pixels)) {
+                run_in_place(output + done, here, rows, stride() * done);
+                continue;
+            }
+            std::fill_n(counts_.begin(), pixels, std::size_t{0});
+            value_type* to = values_.data();
+            for (std::size_t r = 0; r < k(); ++r) {
+                starts[r] = to;
+                for (std::size_t p = 0; p < pixels; ++p, to += job_.channels)
+                    counts_[p] += copy_pixel(job_.sources, rows[r] + static_cast<std::int32_t>(stride() * done + p), to);
+            }
+            for (std::size_t o = 0; o < here; ++o) {
+                std::size_t counted = 0;
+                for (std::size_t x = 0; x < k(); ++x) counted += counts_[stride() * o + x];
+                ratios_[o] = ratio(counted);
+            }
+            multiply(job_.weights, starts.data(), stride() * job_.channels, here, ratios(), result_of(output + done));
+            for (std::size_t o = 0; o < here; ++o) finish(output + done + o, ratios_[o]);
+        }
+    }
+
+    /// Irregular outputs first, first + 1, ... of the plan.
+    void run_irregular(std::size_t first, std::size_t count) {
+        const std::size_t elements = job_.plan.elements();
+        value_type* to = values_.data();
+        for (std::size_t o = 0; o < count; ++o) {
+            std::size_t counted = 0;
+            for (std::size_t e = 0; e < elements; ++e, to += job_.channels)
+                counted += copy_pixel(job_.sources, job_.plan.windows[(first + o) * elements + e], to);
+            ratios_[o] = ratio(counted);
+        }
+        row_starts starts{};
+        for (std::size_t r = 0; r < k(); ++r) starts[r] = values_.data() + r * k() * job_.channels;
+        multiply(job_.weights, starts.data(), elements * job_.channels, count, ratios(), results_.data());
+        const std::size_t outputs = job_.weights.outputs;
+        for (std::size_t o = 0; o < count; ++o) {
+            const std::size_t output = static_cast<std::size_t>(job_.plan.irregular[first + o]);
+            copy_row(results_.data() + o * outputs, outputs, result_of(output));
+            finish(output, ratios_[o]);
+        }
+    }
+
+    const float* ratios() const { return job_.is_partial ? ratios_.data() : nullptr; }
+
+    float ratio(std::size_t counted) const {
+        return counted == 0 ? 0.0F : static_cast<float>(job_.plan.elements() * job_.channels) / static_cast<float>(counted);
+    }
+
+    /// Where the whole window is masked, not even the bias is left.
+    void finish(std::size_t output, float ratio) const {
+        if (!job_.is_partial) return;
+        if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
+        if (!job_.result_mask.empty()) job_.result_mask[output] = ratio > 0.0F ? 1 : 0;
+    }
+
+    const Job& job_;
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
+    buffer<value_type> values_;
+    buffer<result_type> results_;
+    buffer<float> ratios_;
+    buffer<std::size_t> counts_;  // channels that count in a column of a segment's rows
+};
+
+template <class Weights, class Result, executor Executor>
+void run_convolution(const convolution_plan& plan, const Weights& weights,
+                     std::span<const basic_convolution_source<typename Weights::value_type>> sources, bool is_partial,
+                     std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
+    std::size_t channels = 0;
+    for (const auto& source : sources) {
+        LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
+        LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
+        LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
+        channels += source.channels;
+    }
+    LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
+    LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
+    LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
+    const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
+
+    // A block's gathered outputs follow its segments before their inputs have left the cache.
+    constexpr std::size_t block = 4096;
+    parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
+        convolution_block thread(job);
+        for (std::size_t b = first; b < last; ++b)
+            thread.run(static_cast<std::int32_t>(b * block),
+                       static_cast<std::int32_t>(std::min((b + 1) * block, plan.output_count)));
+    });
+}
+
+}  // namespace detail
+}  // namespace ldi

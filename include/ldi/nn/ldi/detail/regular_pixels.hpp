@@ -1,0 +1,194 @@
+// Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi::detail {
+
+/// One bit for each pixel. Bits outside are zero.
+class pixel_bits {
+public:
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
+
+    std::size_t word_count() const { return words_.size() - 2; }
+    std::uint64_t& word(std::size_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::size_t index) const { return words_[index + 1]; }
+
+    bool operator[](std::size_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
+
+    /// Bits i to i + 63; i from -64 to the last pixel.
+    std::uint64_t from(std::ptrdiff_t i) const {
+        const std::size_t at = static_cast<std::size_t>(i + 64), shift = at % 64;
+        const std::uint64_t low = words_[at / 64] >> shift;
+        return shift == 0 ? low : low | words_[at / 64 + 1] << (64 - shift);
+    }
+
+    /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
+    void copy(std::size_t first, std::size_t count, const pixel_bits& source, std::size_t source_first) {
+        for (const std::size_t last = first + count; first < last;) {
+            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+            const std::uint64_t bits = source.from(static_cast<std::ptrdiff_t>(source_first)) & ones(here);
+            word(first / 64) |= bits << (first % 64);
+            first += here, source_first += here;
+        }
+    }
+
+    void set(std::size_t first, std::size_t count, bool value) {
+        for (const std::size_t last = first + count; first < last;) {
+            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+            const std::uint64_t bits = ones(here) << (first % 64);
+            word(first / 64) = value ? word(first / 64) | bits : word(first / 64) & ~bits;
+            first += here;
+        }
+    }
+
+    void keep_common(const pixel_bits& other) {
+        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
+    }
+
+private:
+    static std::uint64_t ones(std::size_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+
+    buffer<std::uint64_t> words_;
+};
+
+/// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
+struct pixel_strip {
+    std::int32_t first, count, target;
+};
+
+/// All pixels that have a neighbor in the column `links`, in as few strips as can be.
+inline buffer<pixel_strip> strips_of(std::span<const std::int32_t> links) {
+    buffer<pixel_strip> strips;
+    for (std::size_t i = 0; i < links.size();) {
+        if (links[i] == no_pixel) {
+            ++i;
+            continue;
+        }
+        const std::size_t first = i++;
+        while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
+        strips.push_back({static_cast<std::int32_t>(first), static_cast<std::int32_t>(i - first), links[first]});
+    }
+    return strips;
+}
+
+/// The strips of a graph's links: found once for all kernel sizes.
+struct link_strips {
+    buffer<pixel_strip> up, down, right;
+
+    explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
+};
+
+/// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
+/// each pixel of the spine r links lead left and r right (a rib), to pixels side by side in memory. Then its window is its ribs,
+/// whatever other links there are.
+///
+/// Proof. An element (x, y) of the window, seen from the center, is reached along spine and rib in |x| + |y| steps, and in fewer
+/// along no path, so exploration reaches it in round d = |x| + |y|. Claim: in each round the elements are taken up in this order,
+/// and each holds its rib's pixel: those above the center, farthest up first; those below, farthest down first; then (-d, 0) and
+/// (d, 0). It is so in round 0. Suppose it is in round d, and look at an element (x, y) of round d + 1. If x = 0, only (0, y -+
+/// 1) of round d borders on it, and that is the spine. If y = 0, only (x -+ 1, 0) of round d does, and that is the rib. Else two
+/// do: the next one on the rib, towards the spine, and the one nearer to the center's row, (x, y -+ 1). Of the two the rib's lies
+/// farther from the center's row (or the other is (x, 0) itself), so it is taken up first, and its link along the rib
+/// exists: (x, y) gets the rib's pixel. So each element is reached from the element before it on its spine or rib, those of
+/// one row in the order in which their predecessors are; and (0, y -+ 1), taken up first on its side, reaches first what lies
+/// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
+/// + 1.
+///
+/// Links beside spine and ribs play no part, so a fold or a silhouette there changes nothing. Some other windows are their rows
+/// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
+class regular_pixels {
+public:
+    regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+
+    regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
+        : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        pixel_bits has_right(g.size());  // the right neighbor lies next in memory
+        for (const pixel_strip& strip : strips.right)
+            if (strip.target == strip.first + 1)
+                has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
+        goes_on_ = has_right;
+        regular_.set(0, g.size(), true);
+        const std::ptrdiff_t r = static_cast<std::ptrdiff_t>(radius_);
+        for (std::size_t w = 0; w < regular_.word_count(); ++w)
+            for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
+        const pixel_bits ribs = regular_;
+        follow(strips.up, ribs);
+        follow(strips.down, ribs);
+    }
+
+    bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
+
+    /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
+    /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
+    template <class Visit>
+    void for_each_segment(Visit&& visit) {
+        buffer<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
+        for (std::size_t w = 0; w < regular_.word_count(); ++w) {
+            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(w * 64);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
+            append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
+        }
+        for (std::size_t s = 0; s < firsts.size(); ++s) {
+            rows[radius_] = firsts[s];
+            for (std::size_t n = 1; n <= radius_; ++n) {
+                rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
+                rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
+            }
+            const std::int32_t count = lasts[s] - firsts[s] + 1;
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows)))
+                regular_.set(static_cast<std::size_t>(firsts[s]), static_cast<std::size_t>(count), false);
+        }
+    }
+
+    /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
+    template <class Visit>
+    void for_each_other(Visit&& visit) const {
+        buffer<std::int32_t> pixels;
+        for (std::size_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (const std::int32_t pixel : pixels)
+            if (static_cast<std::size_t>(pixel) < g_.size()) visit(pixel);
+    }
+
+private:
+    static void append_set_bits(std::uint64_t bits, std::size_t word, buffer<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1)
+            pixels.push_back(static_cast<std::int32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits))));
+    }
+
+    /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
+    void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
+        pixel_bits with_rib = ribs, side_by_side(g_.size());
+        for (const pixel_strip& strip : strips)
+            side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
+        for (std::size_t n = 1; n <= radius_; ++n) {
+            with_rib = as_seen_from_neighbors(with_rib, strips);
+            regular_.keep_common(with_rib);
+            if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
+            goes_on_.keep_common(side_by_side);
+        }
+    }
+
+    /// At each pixel the bit of its neighbor, zero where there is none.
+    pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
+        pixel_bits seen(g_.size());
+        for (const pixel_strip& strip : strips)
+            seen.copy(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), bits,
+                      static_cast<std::size_t>(strip.target));
+        return seen;
+    }
+
+private:
+    std::size_t radius_;
+    const graph& g_;
+    pixel_bits regular_, goes_on_;
+};
+
+}  // namespace ldi::detail

@@ -1,0 +1,58 @@
+// Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
+// others.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace ldi {
+
+/// Which pixels, and for each pixel of the graph its number among them.
+struct pixel_subset {
+    buffer<std::int32_t> pixels;  ///< ascending
+    buffer<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+
+    std::size_t size() const { return pixels.size(); }
+
+    /// Pixels whose place in `marks` is not 0.
+    static pixel_subset marked(std::span<const std::uint8_t> marks) {
+        pixel_subset subset;
+        subset.row_of.resize(marks.size());
+        subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
+        std::size_t rows = 0;
+        for (std::size_t i = 0; i < marks.size(); ++i) {
+            subset.row_of[i] = marks[i] != 0 ? static_cast<std::int32_t>(rows) : no_pixel;
+            if (marks[i] != 0) subset.pixels[rows++] = static_cast<std::int32_t>(i);
+        }
+        return subset;
+    }
+};
+
+/// The plan for tensors that hold rows of subsets only: the same windows, in the subsets' numbering.
+///
+/// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
+inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
+    LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
+    const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
+        if (pixel == no_pixel) return;
+        pixel = subset.row_of[pixel];
+        LDI_ASSERT(pixel != no_pixel);
+    };
+    // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
+    for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
+    for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
+    for (std::int32_t& output : plan.irregular) renumber(output, outputs);
+    for (std::int32_t& pixel : plan.windows) renumber(pixel, inputs);
+    plan.output_count = outputs.size(), plan.input_count = inputs.size();
+    return plan;
+}
+
+}  // namespace ldi

@@ -1,0 +1,87 @@
+// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes from it
+// what it needs, and every tensor's type and shape are checked when it is taken.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/error.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+
+namespace ldi {
+
+/// Row-major values. Half-precision numbers of a file are here as float.
+struct tensor {
+    buffer<std::size_t> shape;  ///< empty for a single value
+    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
+};
+
+/// Names are unique.
+struct named_tensors {
+    std::map<std::string, tensor, std::less<>> tensors;
+    std::map<std::string, std::string, std::less<>> metadata;
+    std::string where;  ///< they come from, for messages: the path of a file
+};
+
+/// "20 x 4 x 7 x 7", or "a single value".
+inline std::string shape_text(const buffer<std::size_t>& shape) {
+    if (shape.empty()) return "a single value";
+    std::string text;
+    for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+}
+
+namespace detail {
+template <class Scalar>
+constexpr std::string_view scalar_name() {
+    if constexpr (std::is_same_v<Scalar, float>) return "float";
+    if constexpr (std::is_same_v<Scalar, std::int32_t>) return "int32";
+    if constexpr (std::is_same_v<Scalar, std::int8_t>) return "int8";
+    if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
+}
+
+/// A tensor as messages name it.
+inline std::string tensor_place(const named_tensors& from, std::string_view name) {
+    return place_in(from.where, "tensor " + printable(name));
+}
+}  // namespace detail
+
+/// The values of the tensor `name`, which must be of this type and shape.
+///
+/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+template <class Scalar>
+const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
+                                         const buffer<std::size_t>& shape) {
+    const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
+    const auto found = from.tensors.find(name);
+    if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
+    const auto* const values = std::get_if<buffer<Scalar>>(&found->second.values);
+    if (values == nullptr || found->second.shape != shape) {
+        const std::string_view type =
+            std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
+                       found->second.values);
+        raise(error_code::mismatch, detail::tensor_place(from, name), expected,
+              std::string(type) + ", " + shape_text(found->second.shape));
+    }
+    return *values;
+}
+
+/// Errors: mismatch, naming the first tensor that is not among `names`.
+template <class Names>
+void check_no_others(const named_tensors& from, const Names& names) {
+    for (const auto& [name, values] : from.tensors) {
+        bool is_named = false;
+        for (const auto& known : names) is_named = is_named || known == name;
+        if (!is_named)
+            raise(error_code::mismatch, detail::tensor_place(from, name), "only tensors that the network has", "one more");
+    }
+}
+
+}  // namespace ldi

@@ -1,0 +1,47 @@
+// Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/diffusion.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::detail {
+
+/// g               in canonical order
+/// known           one a pixel, 0 where it is not known
+/// rounds          Gauss-Seidel rounds on each level of the multigrid
+/// value           value(pixel, side): three bytes of a known pixel that lies on this side of an unknown one
+/// before_solving  is called once all values have been asked for
+/// store           store(pixel, diffusion::color_type): is called last, for every pixel that is not known
+///
+/// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
+template <class Value, class BeforeSolving, class Store>
+void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value,
+                     BeforeSolving&& before_solving, Store&& store) {
+    diffusion solver;
+    solver.start();
+    buffer<std::int32_t> cell_of(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (known[i] != 0) continue;
+        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
+        for (side s : all_sides) {
+            const std::int32_t neighbor = g.neighbors(s)[i];
+            if (neighbor == no_pixel) continue;
+            if (known[neighbor] != 0)
+                solver.add_known_neighbor(cell, value(neighbor, s));
+            else if (s == side::left)
+                solver.link_left(cell, cell_of[neighbor]);
+            else if (s == side::up)
+                solver.link_up(cell, cell_of[neighbor]);
+        }
+    }
+    before_solving();
+    solver.solve(rounds);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.color(cell_of[i]));
+}
+
+}  // namespace ldi::detail

@@ -1,0 +1,37 @@
+// Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
+// is not. Smooth, fast, and blind to texture.
+#pragma once
+
+#include <ldi/base/executor.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/occlusion/detail/diffuse_unknown.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi {
+
+/// A color_inpainter (photo3d.hpp).
+struct diffusion_inpainter {
+    /// Gauss-Seidel rounds on each level of the multigrid.
+    int rounds = 6;
+
+    /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
+    ///         gets the mean of the known colors next to unknown ones elsewhere.
+    template <executor Executor>
+    void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
+        detail::diffuse_unknown(
+            layers.topology, layers.column<known_column>(), rounds,
+            [&](std::int32_t pixel, side) { return layers.at<color_column>(pixel).data(); },
+            [&] { watcher.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion::color_type& color) {
+                for (std::size_t c = 0; c < 3; ++c)
+                    layers.at<color_column>(pixel)[c] =
+                        static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
+            });
+    }
+};
+
+}  // namespace ldi

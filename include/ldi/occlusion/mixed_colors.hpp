@@ -1,0 +1,93 @@
+// Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. Those
+// colors are marked unknown, so that inpainting refills them (paper, Figure "atlas": the light blue pixels).
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/layered_image.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi {
+
+struct mixed_color_options {
+    /// How far from the silhouette the foreground's colors are refilled, in pixels.
+    int foreground_margin = 2;
+    /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
+    /// lens smeared over the background is what the hidden surface is continued with. One pixel costs nothing: seen from the
+    /// right camera, six stereo pairs measure 25.85 dB with it and 25.86 dB without; a second pixel costs 0.23 dB.
+    int background_margin = 1;
+};
+
+namespace detail {
+
+// Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
+// to be refilled from: a thin rod keeps its colors.
+template <payload_column... Columns>
+void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
+    buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const graph& g = layers.topology;
+    // rings[d]: the known pixels d steps away from the edge
+    buffer<buffer<std::int32_t>> rings(1);
+    constexpr std::uint8_t visited = 2;
+    const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
+        std::uint8_t& state = known[pixel];
+        if (state != 1) return;
+        state = visited;
+        ring.push_back(pixel);
+    };
+    for (std::int32_t pixel : edge) visit(pixel, rings[0]);
+    for (int d = 0; d < margin; ++d) {
+        buffer<std::int32_t> next;
+        for (std::int32_t pixel : rings.back())
+            for (side s : all_sides)
+                if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
+        rings.push_back(std::move(next));
+    }
+    // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
+    constexpr std::uint8_t refillable = 3;
+    for (std::int32_t pixel : rings.back()) known[pixel] = refillable;
+    for (std::size_t d = rings.size() - 1; d-- > 0;) {
+        buffer<std::int32_t> accepted;
+        for (std::int32_t outer : rings[d + 1]) {
+            if (known[outer] != refillable) continue;
+            for (side s : all_sides) {
+                const std::int32_t neighbor = g.neighbor(outer, s);
+                if (neighbor != no_pixel && known[neighbor] == visited) accepted.push_back(neighbor);
+            }
+        }
+        for (std::int32_t pixel : accepted) known[pixel] = refillable;
+        rings[d].swap(accepted);
+    }
+    for (std::size_t d = 0; d + 1 < rings.size(); ++d)
+        for (std::int32_t pixel : rings[d]) known[pixel] = 0;
+    for (std::uint8_t& state : known) state = state != 0 ? 1 : 0;
+}
+
+}  // namespace detail
+
+/// layers  one layer, as lift() makes it; every pixel with a missing link inside the photo lies on a silhouette
+///
+/// Marks the colors within the margins as unknown. Call it before expand().
+template <payload_column... Columns>
+void mark_mixed_colors(layered_image<Columns...>& layers, const mixed_color_options& options = {}) {
+    const graph& g = layers.topology;
+    const buffer<float>& disparity = layers.template column<disparity_column>();
+    buffer<std::int32_t> foreground, background;
+    const auto add = [&](std::int32_t a, std::int32_t b) {
+        const bool a_is_nearer = disparity[a] > disparity[b];
+        foreground.push_back(a_is_nearer ? a : b);
+        background.push_back(a_is_nearer ? b : a);
+    };
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t i = 0; i < count; ++i) {
+        if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
+        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height)
+            add(i, i + g.width);
+    }
+    detail::mark_margin(layers, foreground, options.foreground_margin);
+    detail::mark_margin(layers, background, options.background_margin);
+}
+
+}  // namespace ldi

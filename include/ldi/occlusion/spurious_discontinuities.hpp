@@ -1,0 +1,44 @@
+// Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
+// (section "Occluded Surface Hallucination"); where nothing grows behind them they would gape as cracks and cut charts into
+// slivers, so the pixels on both sides are linked again and the mesh spans the step.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/occlusion/discontinuity_curves.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace ldi {
+
+/// lifted  one layer, as lift() makes it: pixel (x, y) at index y * width + x
+/// curves  those of its discontinuities that stay
+///
+/// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
+inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const discontinuity_curve> curves) {
+    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+    for (const discontinuity_curve& c : curves)
+        for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));
+    std::sort(kept.begin(), kept.end());
+
+    std::size_t made = 0;
+    const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
+        if (lifted.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+            return;
+        lifted.link(pixel, s, other);
+        ++made;
+    };
+    for (std::int32_t y = 0, pixel = 0; y < lifted.height; ++y)
+        for (std::int32_t x = 0; x < lifted.width; ++x, ++pixel) {
+            if (x + 1 < lifted.width) close(pixel, side::right, pixel + 1);
+            if (y + 1 < lifted.height) close(pixel, side::down, pixel + lifted.width);
+        }
+    return made;
+}
+
+}  // namespace ldi

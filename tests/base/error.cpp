@@ -1,0 +1,47 @@
+#include <ldi/base/error.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <vector>
+
+using namespace ldi;
+
+TEST_CASE("a message says where, what was expected, what was found, and what kind of error it is") {
+    const error_details details{error_code::invalid_data, "photo.jpg", "a JPEG or PNG file", "0 bytes"};
+    CHECK(to_string(details) == "photo.jpg: expected a JPEG or PNG file, found 0 bytes (invalid data)");
+    CHECK(std::string(error(details).what()) == to_string(details));
+}
+
+TEST_CASE("raising throws an error that keeps its four details") {
+    try {
+        raise(error_code::mismatch, "lift", "640 x 480", "480 x 640");
+        FAIL("did not throw");
+    } catch (const error& e) {
+        CHECK(e.code() == error_code::mismatch);
+        CHECK(e.details().code == error_code::mismatch);
+        CHECK(e.details().where == "lift");
+        CHECK(e.details().expected == "640 x 480");
+        CHECK(e.details().found == "480 x 640");
+    }
+    REQUIRE_THROWS_AS(raise(error_code::too_large, "photo", "50 megapixels", "100"), std::runtime_error);
+}
+
+TEST_CASE("every code has a name of its own") {
+    std::vector<std::string_view> names;
+    for (const error_code code : {error_code::invalid_option, error_code::invalid_data, error_code::unsupported,
+                                  error_code::mismatch, error_code::too_large, error_code::file_access, error_code::canceled})
+        names.push_back(to_string(code));
+    std::sort(names.begin(), names.end());
+    CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+    CHECK(std::find(names.begin(), names.end(), "unknown error") == names.end());
+}
+
+TEST_CASE("installing a handler returns the one before, and exceptions are thrown all the same") {
+    static int calls = 0;
+    const error_handler counting = [](const error_details&) { ++calls; };
+    REQUIRE(set_error_handler(counting) == nullptr);
+    CHECK_THROWS_AS(raise(error_code::unsupported, "a.tif", "a JPEG or PNG file", "TIFF"), error);
+    CHECK(calls == 0);
+    CHECK(set_error_handler(nullptr) == counting);
+}

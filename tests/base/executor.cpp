@@ -1,0 +1,218 @@
+#include <ldi/base/executor.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <barrier>
+#include <cstdint>
+#include <stdexcept>
+
+using namespace ldi;
+
+namespace {
+/// What a caller might bring: one thread a call, started in reverse.
+struct callers_executor {
+    std::size_t threads;
+    std::size_t calls = 0;
+
+    std::size_t concurrency() const { return threads; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) {
+        calls += count;
+        std::vector<std::thread> running;
+        for (std::size_t i = count; i > 0; --i) running.emplace_back(function, data, i - 1);
+        for (std::thread& t : running) t.join();
+    }
+};
+static_assert(executor<callers_executor> && executor<thread_pool> && executor<serial_executor> &&
+              executor<const serial_executor>);
+static_assert(!executor<int> && !executor<const thread_pool>);
+
+/// Values that depend on their index alone, computed over pieces of any size.
+template <class Executor>
+std::vector<std::uint32_t> filled(Executor& threads, std::size_t count, std::size_t grain) {
+    std::vector<std::uint32_t> values(count, 0);
+    parallel_for(threads, count, grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) values[i] += static_cast<std::uint32_t>(i) * 2654435761U;
+    });
+    return values;
+}
+
+/// Checks that pieces are consecutive, cover everything once, and are no shorter than the grain.
+template <class Executor>
+void cuts_soundly(Executor& threads, std::size_t count, std::size_t grain) {
+    std::mutex mutex;
+    std::vector<std::pair<std::size_t, std::size_t>> pieces;
+    parallel_for(threads, count, grain, [&](std::size_t first, std::size_t last) {
+        const std::lock_guard lock(mutex);
+        pieces.emplace_back(first, last);
+    });
+    std::sort(pieces.begin(), pieces.end());
+    std::size_t covered = 0;
+    for (const auto& [first, last] : pieces) {
+        REQUIRE(first == covered);
+        REQUIRE(last - first >= std::min(std::max<std::size_t>(grain, 1), count));
+        covered = last;
+    }
+    REQUIRE(covered == count);
+    REQUIRE(pieces.size() <= 4 * threads.concurrency());
+}
+}  // namespace
+
+TEST_CASE("the serial executor runs every index in order on the calling thread") {
+    std::vector<std::size_t> seen;
+    serial_executor().run(
+        5, [](void* data, std::size_t i) { static_cast<std::vector<std::size_t>*>(data)->push_back(i); }, &seen);
+    CHECK(seen == std::vector<std::size_t>{0, 1, 2, 3, 4});
+}
+
+TEST_CASE("a pool has as many threads as asked for, and at least one") {
+    for (std::size_t threads = 1; threads <= 8; ++threads) CHECK(thread_pool(threads).concurrency() == threads);
+    CHECK(thread_pool().concurrency() >= 1);
+}
+
+TEST_CASE("a pool runs every index exactly once") {
+    for (std::size_t threads = 1; threads <= 8; ++threads) {
+        thread_pool pool(threads);
+        for (const std::size_t count : {0U, 1U, 2U, 7U, 100U, 1000U}) {
+            std::vector<std::atomic<int>> times(count);
+            pool.run(
+                count, [](void* data, std::size_t i) { ++(*static_cast<std::vector<std::atomic<int>>*>(data))[i]; }, &times);
+            for (const std::atomic<int>& t : times) REQUIRE(t == 1);
+        }
+    }
+}
+
+TEST_CASE("all threads of a pool work at once, the calling thread among them") {
+    thread_pool pool(4);
+    struct meeting {
+        std::barrier<> everybody{4};
+        std::thread::id caller = std::this_thread::get_id();
+        std::atomic<int> callers{0};
+    } shared;
+    for (int repeat = 0; repeat < 20; ++repeat)
+        pool.run(
+            4,
+            [](void* data, std::size_t) {
+                meeting& m = *static_cast<meeting*>(data);
+                if (std::this_thread::get_id() == m.caller) ++m.callers;
+                m.everybody.arrive_and_wait();
+            },
+            &shared);
+    CHECK(shared.callers == 20);
+}
+
+TEST_CASE("several threads may give work to one pool") {
+    thread_pool pool(3);
+    std::vector<std::vector<std::uint32_t>> results(4);
+    std::vector<std::thread> callers;
+    for (std::vector<std::uint32_t>& result : results)
+        callers.emplace_back([&] {
+            for (int repeat = 0; repeat < 20; ++repeat) result = filled(pool, 1000, 10);
+        });
+    for (std::thread& t : callers) t.join();
+    serial_executor serial;
+    for (const std::vector<std::uint32_t>& result : results) CHECK(result == filled(serial, 1000, 10));
+}
+
+TEST_CASE("parallel_for gives the same result on any executor with any number of threads") {
+    const serial_executor serial;
+    for (const std::size_t count : {0U, 1U, 5U, 64U, 1001U})
+        for (const std::size_t grain : {0U, 1U, 7U, 64U, 5000U}) {
+            const std::vector<std::uint32_t> expected = filled(serial, count, grain);
+            for (std::size_t threads = 1; threads <= 8; ++threads) {
+                thread_pool pool(threads);
+                CHECK(filled(pool, count, grain) == expected);
+                callers_executor own{threads};
+                CHECK(filled(own, count, grain) == expected);
+            }
+        }
+}
+
+TEST_CASE("pieces cover the range once, and none is smaller than the grain") {
+    for (std::size_t threads = 1; threads <= 8; ++threads) {
+        thread_pool pool(threads);
+        for (std::size_t count = 0; count < 70; ++count)
+            for (const std::size_t grain : {0U, 1U, 2U, 3U, 4U, 10U, 33U, 100U}) cuts_soundly(pool, count, grain);
+    }
+}
+
+TEST_CASE("the caller's executor is used, and only where there is something to share") {
+    callers_executor own{3};
+    filled(own, 1000, 10);
+    CHECK(own.calls > 1);
+    own.calls = 0;
+    filled(own, 15, 10);
+    filled(own, 0, 10);
+    CHECK(own.calls == 0);
+}
+
+TEST_CASE("an exception reaches the caller once all calls have ended, and the pool goes on working") {
+    for (std::size_t threads = 1; threads <= 8; ++threads) {
+        thread_pool pool(threads);
+        for (int repeat = 0; repeat < 20; ++repeat) {
+            std::atomic<int> inside{0};
+            const auto body = [&](std::size_t first, std::size_t last) {
+                ++inside;
+                const bool fails = first <= 500 && 500 < last;
+                --inside;
+                if (fails) throw std::runtime_error("piece of 500");
+            };
+            REQUIRE_THROWS_WITH(parallel_for(pool, 1000, 1, body), "piece of 500");
+            REQUIRE(inside == 0);
+            serial_executor serial;
+            REQUIRE(filled(pool, 300, 1) == filled(serial, 300, 1));
+        }
+    }
+}
+
+TEST_CASE("an exception never passes through the caller's executor") {
+    callers_executor own{3};  // its threads would end the program
+    const auto body = [](std::size_t first, std::size_t last) {
+        if (first <= 500 && 500 < last) throw std::runtime_error("piece of 500");
+    };
+    REQUIRE_THROWS_WITH(parallel_for(own, 1000, 1, body), "piece of 500");
+    serial_executor serial;
+    CHECK(filled(own, 300, 1) == filled(serial, 300, 1));
+}
+
+TEST_CASE("when every call throws, the caller sees one of them") {
+    thread_pool pool(4);
+    const auto body = [](std::size_t, std::size_t) { raise(error_code::invalid_data, "row", "numbers", "letters"); };
+    for (int repeat = 0; repeat < 50; ++repeat) REQUIRE_THROWS_AS(parallel_for(pool, 100, 1, body), ldi::error);
+}
+
+TEST_CASE("an observer without functions neither hears nor stops anything") { CHECK_NOTHROW(observer{}.report("expand", 0.5F)); }
+
+TEST_CASE("progress reaches the observer on the calling thread") {
+    struct heard {
+        std::string stage;
+        float fraction = -1;
+        std::thread::id thread;
+    } last;
+    const observer watching{&last,
+                            [](void* user, std::string_view stage, float fraction) {
+                                *static_cast<heard*>(user) = {std::string(stage), fraction, std::this_thread::get_id()};
+                            },
+                            nullptr};
+    watching.report("expand", 0.25F);
+    CHECK(last.stage == "expand");
+    CHECK(last.fraction == 0.25F);
+    CHECK(last.thread == std::this_thread::get_id());
+}
+
+TEST_CASE("canceling stops a loop of stages with an error that says so") {
+    int asked = 0;
+    const observer impatient{&asked, nullptr, [](void* user) { return ++*static_cast<int*>(user) == 3; }};
+    int done = 0;
+    const auto work = [&] {
+        for (; done < 10; ++done) impatient.report("inpaint", static_cast<float>(done) / 10.0F);
+    };
+    try {
+        work();
+        FAIL("was not canceled");
+    } catch (const ldi::error& e) {
+        CHECK(e.code() == error_code::canceled);
+        CHECK(e.details().where == "inpaint");
+    }
+    CHECK(done == 2);
+}

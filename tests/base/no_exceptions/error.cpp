@@ -1,0 +1,47 @@
+// A program of its own, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and
+// ends the program. Exit code 0 means that it was; anything else, or an abort, that it was not.
+
+#include <ldi/core/canonical_order.hpp>
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/components.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/core/validate.hpp>
+#include <ldi/core/window.hpp>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+
+static_assert(LDI_HAS_EXCEPTIONS == 0, "compile this file with -fno-exceptions");
+
+namespace {
+[[noreturn]] void fail(const char* what) {
+    std::fprintf(stderr, "%s\n", what);
+    std::exit(1);
+}
+
+void check_and_end(const ldi::error_details& details) {
+    if (details.code != ldi::error_code::canceled || details.where != "coarsen") fail("the details are not the error's");
+    if (ldi::to_string(details) != "coarsen: expected to run to the end, found a request to stop (canceled)")
+        fail("wrong message");
+    std::exit(0);
+}
+}  // namespace
+
+int main() {
+    if (ldi::set_error_handler(check_and_end) != nullptr) fail("a handler was installed before");
+
+    ldi::thread_pool pool(3);
+    std::atomic<std::size_t> covered{0};
+    ldi::parallel_for(pool, 1000, 1, [&](std::size_t first, std::size_t last) { covered += last - first; });
+    if (covered != 1000) fail("the pool left something out");
+    if (ldi::connected_components(ldi::coarsen(ldi::make_grid(9, 9)).topology).size.front() != 25) fail("wrong graph");
+
+    ldi::observer stop;
+    stop.is_canceled = [](void*) { return true; };
+    stop.report("coarsen", 1.0F);
+    fail("the report returned");
+}

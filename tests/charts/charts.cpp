@@ -1,0 +1,226 @@
+#include "tests/texture/photo_scene.hpp"
+
+#include <ldi/core/validate.hpp>
+#include <ldi/charts/charts.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <set>
+
+namespace {
+
+using namespace ldi;
+using namespace ldi::testing;
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+/// Where the pixels of one chart lie.
+class chart_map {
+public:
+    chart_map(const graph& g, const chart& c) : c_(c), pixels_(at(c.width) * at(c.height), no_pixel) {
+        for (std::int32_t pixel : c.pixels) {
+            std::int32_t& here = pixels_[index(g.x[at(pixel)], g.y[at(pixel)])];
+            if (here != no_pixel) folds_ = true;
+            here = pixel;
+        }
+    }
+    bool folds() const { return folds_; }
+    std::int32_t pixel(std::int32_t x, std::int32_t y) const {
+        const bool inside = x >= c_.x && x < c_.x + c_.width && y >= c_.y && y < c_.y + c_.height;
+        return inside ? pixels_[index(x, y)] : no_pixel;
+    }
+
+private:
+    std::size_t index(std::int32_t x, std::int32_t y) const { return at(y - c_.y) * at(c_.width) + at(x - c_.x); }
+    const chart& c_;
+    std::vector<std::int32_t> pixels_;
+    bool folds_ = false;
+};
+
+std::size_t connected_count(const graph& g, const chart_set& set, std::int32_t chart_index) {
+    std::vector<std::int32_t> open{set.charts[at(chart_index)].pixels.front()};
+    std::set<std::int32_t> seen(open.begin(), open.end());
+    while (!open.empty()) {
+        const std::int32_t pixel = open.back();
+        open.pop_back();
+        for (side s : all_sides) {
+            const std::int32_t next = g.neighbor(pixel, s);
+            if (next != no_pixel && set.chart_of[at(next)] == chart_index && seen.insert(next).second) open.push_back(next);
+        }
+    }
+    return seen.size();
+}
+
+/// Every pixel is in exactly one chart, charts are flat and connected, their boxes tight and within the cap.
+void check_partition(const graph& g, const chart_set& set, const chart_options& options) {
+    REQUIRE(set.chart_of.size() == g.size());
+    std::vector<int> uses(g.size(), 0);
+    for (std::size_t c = 0; c < set.charts.size(); ++c) {
+        const chart& here = set.charts[c];
+        REQUIRE(!here.pixels.empty());
+        std::int32_t left = g.width, right = -1, top = g.height, bottom = -1;
+        bool ascending = true, agree = true;
+        for (std::size_t k = 0; k < here.pixels.size(); ++k) {
+            const std::size_t i = at(here.pixels[k]);
+            ++uses[i];
+            ascending = ascending && (k == 0 || here.pixels[k - 1] < here.pixels[k]);
+            agree = agree && set.chart_of[i] == static_cast<std::int32_t>(c);
+            left = std::min(left, g.x[i]), right = std::max(right, g.x[i]);
+            top = std::min(top, g.y[i]), bottom = std::max(bottom, g.y[i]);
+        }
+        CHECK(ascending);
+        CHECK(agree);
+        CHECK(here.x == left);
+        CHECK(here.y == top);
+        CHECK(here.width == right - left + 1);
+        CHECK(here.height == bottom - top + 1);
+        CHECK(here.width <= options.max_side);
+        CHECK(here.height <= options.max_side);
+        CHECK(!chart_map(g, here).folds());
+        CHECK(connected_count(g, set, static_cast<std::int32_t>(c)) == here.pixels.size());
+    }
+    CHECK(std::count(uses.begin(), uses.end(), 1) == static_cast<std::ptrdiff_t>(g.size()));
+}
+
+/// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
+std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, const chart_set& set, const chart_options& options) {
+    const float threshold = options.discontinuity_threshold + 1e-6F;
+    const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
+    std::size_t mixed = 0;
+    for (const chart& c : set.charts) {
+        const chart_map map(g, c);
+        for (std::int32_t pixel : c.pixels)
+            for (side s : all_sides) {
+                std::int32_t surface = pixel;
+                bool goes_on = true;
+                for (std::int32_t distance = 1; distance <= options.filter_range; ++distance) {
+                    const std::int32_t next = goes_on ? g.neighbor(surface, s) : no_pixel;
+                    goes_on = next != no_pixel;
+                    if (goes_on) surface = next;
+                    const std::int32_t there =
+                        map.pixel(g.x[at(pixel)] + distance * step_x(s), g.y[at(pixel)] + distance * step_y(s));
+                    if (there != no_pixel && there != surface && differ(there, pixel) && differ(there, surface)) ++mixed;
+                }
+            }
+    }
+    return mixed;
+}
+
+void check_charts(const graph& g, std::span<const float> disparity, const chart_options& options) {
+    const chart_set set = make_charts(g, disparity, options);
+    check_partition(g, set, options);
+    CHECK(mixed_surfaces(g, disparity, set, options) == 0);
+}
+
+}  // namespace
+
+TEST_CASE("every pixel of a random graph belongs to one flat, connected chart within the cap, apart from other surfaces") {
+    std::mt19937 random(1);
+    for (int i = 0; i < 400; ++i) {
+        const random_layers layers = random_graph(random, 48);
+        chart_options options;
+        options.max_side = 16 + below(random, 40);
+        options.filter_range = 1 + below(random, 8);
+        options.discontinuity_threshold = chance(random, 50) ? 0.05F : 0.5F;
+        check_charts(layers.topology, layers.disparity, options);
+    }
+}
+
+TEST_CASE("charts need no canonical order") {
+    std::mt19937 random(2);
+    for (int i = 0; i < 100; ++i) {
+        const random_layers layers = shuffled(random_graph(random, 30), random);
+        check_charts(layers.topology, layers.disparity, {});
+    }
+}
+
+TEST_CASE("charts of scenes with hidden surfaces keep all three constraints") {
+    std::mt19937 random(3);
+    for (int i = 0; i < 12; ++i) {
+        const photo_layers layers = random_scene(random, 120, 160);
+        chart_options options;
+        if (i % 2 == 1) options.max_side = 64;
+        check_charts(layers.topology, layers.column<disparity_column>(), options);
+    }
+}
+
+TEST_CASE("charts of real photos keep all three constraints") {
+    for (const char* name : {"mb_reindeer", "mb_cones", "iphone_a"}) {
+        const std::optional<photo_layers> layers = shared_photo(name);
+        if (!layers) {
+            std::printf("skipped: no %s in %s/rgbd\n", name, LDI_SHARED_DIR);
+            continue;
+        }
+        INFO(name);
+        check_charts(layers->topology, layers->column<disparity_column>(), {});
+    }
+}
+
+TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
+    std::mt19937 random(3);
+    const photo_layers layers = random_scene(random, 120, 160);
+    chart_options blind;
+    blind.discontinuity_threshold = 2.0F;
+    const chart_set set = make_charts(layers.topology, layers.column<disparity_column>(), blind);
+    CHECK(mixed_surfaces(layers.topology, layers.column<disparity_column>(), set, {}) > 0);
+}
+
+TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
+    const graph g = make_grid(100, 70);
+    const std::vector<float> disparity(g.size(), 0.5F);
+    CHECK(make_charts(g, disparity).charts.size() == 1);
+    chart_options options;
+    options.max_side = std::numeric_limits<std::int32_t>::max();
+    CHECK(make_charts(g, disparity, options).charts.size() == 1);
+    options.max_side = 40;
+    const chart_set set = make_charts(g, disparity, options);
+    CHECK(set.charts.size() == 6);
+    for (const chart& c : set.charts) {
+        CHECK(c.width >= 32);
+        CHECK(c.width <= 34);
+        CHECK(c.height == 35);
+    }
+}
+
+TEST_CASE("a disc and the wall behind it are a chart each") {
+    image<float> disparity(60, 60, 1, 0.2F);
+    for (std::size_t y = 0; y < 60; ++y)
+        for (std::size_t x = 0; x < 60; ++x)
+            if (std::hypot(static_cast<double>(x) - 30, static_cast<double>(y) - 30) < 12) disparity(y, x, 0) = 0.7F;
+    const photo_layers layers = ldi::test::lift_disparity(disparity);
+    const chart_set set = make_charts(layers.topology, layers.column<disparity_column>());
+    REQUIRE(set.charts.size() == 2);
+    CHECK(set.charts[0].width == 60);
+    CHECK(set.charts[1].width < 25);
+}
+
+TEST_CASE("a surface that winds over itself is cut into flat charts") {
+    std::mt19937 random(4);
+    graph_builder builder(random, 20, 20);
+    builder.add_helix(10, 10, 8, 3);
+    const graph& g = builder.result();
+    std::vector<float> disparity;
+    for (std::size_t i = 0; i < g.size(); ++i) disparity.push_back(1.0F - 0.3F * static_cast<float>(i / 256));
+    const chart_set set = make_charts(g, disparity);
+    check_partition(g, set, {});
+    CHECK(set.charts.size() >= 3);
+}
+
+TEST_CASE("no pixels make no charts") {
+    graph g;
+    g.width = 8, g.height = 8;
+    CHECK(make_charts(g, {}).charts.empty());
+    CHECK(make_charts(graph(), {}).charts.empty());
+}
+
+TEST_CASE("options outside their range are refused") {
+    const graph g = make_grid(4, 4);
+    const std::vector<float> disparity(g.size(), 0.5F);
+    CHECK_THROWS_AS(make_charts(g, disparity, {15, 4, 0.05F}), error);
+    CHECK_THROWS_AS(make_charts(g, disparity, {2048, 0, 0.05F}), error);
+    CHECK_THROWS_AS(make_charts(g, disparity, {2048, 9, 0.05F}), error);
+}

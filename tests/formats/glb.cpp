@@ -1,0 +1,174 @@
+#include <ldi/formats/glb.hpp>
+
+#include <ldi/formats/picture.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/io/support.hpp>
+
+#include <cstdlib>
+
+using namespace ldi;
+using namespace ldi::test;
+
+namespace {
+
+/// A wavy sheet of columns x rows vertices in front of the camera.
+textured_mesh make_sheet(std::uint32_t columns, std::uint32_t rows) {
+    textured_mesh mesh;
+    for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < columns; ++x) {
+            const float u = static_cast<float>(x) / static_cast<float>(columns - 1);
+            const float v = static_cast<float>(y) / static_cast<float>(rows - 1);
+            mesh.positions.insert(mesh.positions.end(), {u - 0.5F, 0.5F - v, -2.1F - 0.3F * std::sin(9 * u + 4 * v)});
+            mesh.texture_coordinates.insert(mesh.texture_coordinates.end(), {u, v});
+        }
+    for (std::uint32_t y = 0; y + 1 < rows; ++y)
+        for (std::uint32_t x = 0; x + 1 < columns; ++x) {
+            const std::uint32_t i = y * columns + x;
+            mesh.triangles.insert(mesh.triangles.end(), {i, i + columns, i + 1, i + 1, i + columns, i + columns + 1});
+        }
+    return mesh;
+}
+
+pinhole_camera some_camera() {
+    pinhole_camera camera;
+    camera.width = 768, camera.height = 1024, camera.focal_length = 1000;
+    return camera;
+}
+
+tinygltf::Model read_back(const byte_string& file) {
+    tinygltf::TinyGLTF reader;
+    reader.SetImageLoader(
+        [](tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; },
+        nullptr);
+    tinygltf::Model model;
+    std::string failure, warning;
+    const bool good = reader.LoadBinaryFromMemory(&model, &failure, &warning, reinterpret_cast<const unsigned char*>(file.data()),
+                                                  static_cast<unsigned>(file.size()));
+    CHECK(failure == "");
+    CHECK(warning == "");
+    REQUIRE(good);
+    return model;
+}
+
+std::vector<std::byte> view_bytes(const tinygltf::Model& model, int view) {
+    const tinygltf::BufferView& v = model.bufferViews.at(static_cast<std::size_t>(view));
+    const unsigned char* const first = model.buffers.at(0).data.data() + v.byteOffset;
+    const std::byte* const bytes = reinterpret_cast<const std::byte*>(first);
+    return std::vector<std::byte>(bytes, bytes + v.byteLength);
+}
+
+template <class Scalar>
+std::vector<Scalar> accessor_values(const tinygltf::Model& model, int accessor) {
+    const std::vector<std::byte> bytes = view_bytes(model, model.accessors.at(static_cast<std::size_t>(accessor)).bufferView);
+    std::vector<Scalar> values(bytes.size() / sizeof(Scalar));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(Scalar));
+    return values;
+}
+
+}  // namespace
+
+TEST_CASE("a GLB file holds the mesh, the texture byte for byte, and the camera") {
+    const textured_mesh mesh = make_sheet(7, 5);
+    const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
+    const byte_string file = encode_glb(mesh, texture, {.camera = some_camera()});
+    const tinygltf::Model model = read_back(file);
+
+    const tinygltf::Primitive& primitive = model.meshes.at(0).primitives.at(0);
+    CHECK(accessor_values<float>(model, primitive.attributes.at("POSITION")) == mesh.positions);
+    const std::vector<std::uint16_t> indices = accessor_values<std::uint16_t>(model, primitive.indices);
+    CHECK(std::vector<std::uint32_t>(indices.begin(), indices.end()) == mesh.triangles);
+    const std::vector<std::uint16_t> uv = accessor_values<std::uint16_t>(model, primitive.attributes.at("TEXCOORD_0"));
+    REQUIRE(uv.size() == mesh.texture_coordinates.size());
+    for (std::size_t i = 0; i < uv.size(); ++i)
+        CHECK(std::abs(static_cast<double>(uv[i]) / 65535 - static_cast<double>(mesh.texture_coordinates[i])) <= 0.503 / 65535);
+    CHECK(view_bytes(model, model.images.at(0).bufferView) == texture);
+    CHECK(model.images.at(0).uri == "");
+    CHECK(model.materials.at(0).extensions.count("KHR_materials_unlit") == 1);
+    CHECK(model.extensionsUsed == std::vector<std::string>{"KHR_materials_unlit"});
+    CHECK(model.extensionsRequired.empty());
+
+    const tinygltf::PerspectiveCamera& camera = model.cameras.at(0).perspective;
+    CHECK(std::tan(camera.yfov / 2) == Approx(512.0 / 1000));
+    CHECK(camera.aspectRatio == Approx(0.75));
+    CHECK(camera.znear > 0);
+    CHECK(camera.znear < 1.8);
+    CHECK(camera.zfar > 2.4);
+    CHECK(model.asset.generator.substr(0, 4) == "ldi ");
+    CHECK(read_back(encode_glb(mesh, texture)).cameras.empty());
+}
+
+TEST_CASE("beside the header a GLB file holds nothing but its content") {
+    const textured_mesh mesh = make_sheet(100, 80);
+    const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
+    const std::size_t content = mesh.vertex_count() * (12 + 4) + mesh.triangles.size() * 2 + texture.size();
+    CHECK(encode_glb(mesh, texture).size() < content + 1800);
+}
+
+TEST_CASE("indices have 16 bits below 65,536 vertices and 32 bits from there") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    for (std::uint32_t rows : {255u, 256u}) {
+        textured_mesh mesh = make_sheet(257, rows);  // 65,535 and 65,792 vertices
+        const tinygltf::Model model = read_back(encode_glb(mesh, texture));
+        const int indices = model.meshes.at(0).primitives.at(0).indices;
+        if (rows == 255) {
+            CHECK(model.accessors.at(static_cast<std::size_t>(indices)).componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
+            const std::vector<std::uint16_t> values = accessor_values<std::uint16_t>(model, indices);
+            CHECK(std::equal(values.begin(), values.end(), mesh.triangles.begin(), mesh.triangles.end()));
+        } else {
+            CHECK(model.accessors.at(static_cast<std::size_t>(indices)).componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
+            CHECK(accessor_values<std::uint32_t>(model, indices) == mesh.triangles);
+        }
+    }
+}
+
+TEST_CASE("a mesh or a texture that no viewer could show is refused") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    const auto refused = [&](const textured_mesh& mesh, const byte_string& jpeg, const std::string& words) {
+        CHECK(raised([&] { encode_glb(mesh, jpeg); }) == error_code::invalid_data);
+        CHECK_THAT(message_of([&] { encode_glb(mesh, jpeg); }), Catch::Contains(words));
+    };
+    refused({}, texture, "triangles");
+    textured_mesh mesh = make_sheet(3, 3);
+    mesh.positions[4] = std::numeric_limits<float>::quiet_NaN();
+    refused(mesh, texture, "finite");
+    mesh = make_sheet(3, 3);
+    mesh.texture_coordinates[5] = 1.01F;
+    refused(mesh, texture, "[0, 1]");
+    mesh = make_sheet(3, 3);
+    mesh.triangles[2] = 9;
+    refused(mesh, texture, "9 of 9");
+    mesh = make_sheet(3, 3);
+    refused(mesh, encode_png(smooth_picture(8, 8, 3)), "a PNG file");
+    refused(mesh, byte_string(texture.begin(), texture.end() - 2), "cut off");
+}
+
+TEST_CASE("the Khronos validator finds no error and no warning") {
+    const std::filesystem::path validator = std::filesystem::path(LDI_SOURCE_DIR) / "tests/gltf_validator";
+    if (!std::filesystem::exists(validator / "node_modules") || std::system("node --version > /dev/null 2>&1") != 0) {
+        WARN("skipped: no node, or no `npm ci` in " << validator);
+        return;
+    }
+    const scratch_folder folder;
+    const byte_string texture = encode_jpeg(smooth_picture(48, 80, 3), 85);
+    std::string paths;
+    const auto add = [&](const std::string& name, const textured_mesh& mesh, const byte_string& jpeg,
+                         const glb_options& options) {
+        save_glb(folder / name, mesh, jpeg, options);
+        paths += " '" + (folder / name).string() + "'";
+    };
+    add("camera.glb", make_sheet(20, 30), texture, {.camera = some_camera()});
+    add("single_sided.glb", make_sheet(21, 31), texture, {.camera = std::nullopt, .double_sided = false});
+    add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {0, 1, 2}}, texture, {});
+    add("many.glb", make_sheet(300, 300), encode_jpeg(smooth_picture(16, 16, 3), 100), {.camera = some_camera()});
+    const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";
+    CHECK(std::system((validate + paths + " > /dev/null").c_str()) == 0);
+
+    byte_string broken = read_file(folder / "camera.glb");
+    const byte_string count = bytes_of("\"count\":600");
+    const auto at = std::search(broken.begin(), broken.end(), count.begin(), count.end());
+    REQUIRE(at != broken.end());
+    *(at + 8) = std::byte{'5'};
+    write_file(folder / "broken.glb", broken);
+    CHECK(std::system((validate + " '" + (folder / "broken.glb").string() + "' > /dev/null").c_str()) != 0);
+}

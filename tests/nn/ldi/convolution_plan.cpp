@@ -1,0 +1,144 @@
+#include <ldi/nn/ldi/convolution_plan.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace ldi;
+using ldi::testing::random_layers;
+
+namespace {
+using indices = std::vector<std::int32_t>;
+
+/// The windows of all outputs of a plan; of outputs that are not in the plan, nothing.
+std::vector<indices> windows_of(const convolution_plan& plan) {
+    std::vector<indices> windows(plan.output_count);
+    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
+    const auto add = [&](std::int32_t output, indices window) {
+        indices& there = windows.at(static_cast<std::size_t>(output));
+        REQUIRE(there.empty());  // nothing is computed twice
+        there = std::move(window);
+    };
+    for (std::size_t s = 0; s < plan.segments.size(); ++s) {
+        if (s > 0) REQUIRE(plan.segments[s].first >= plan.segments[s - 1].first + plan.segments[s - 1].count);
+        for (std::int32_t i = 0; i < plan.segments[s].count; ++i) {
+            indices window;
+            for (std::size_t r = 0; r < k; ++r)
+                for (std::int32_t x = 0; x < plan.kernel_size; ++x)
+                    window.push_back(plan.rows.at(s * k + r) + plan.stride * i + x - plan.kernel_size / 2);
+            add(plan.segments[s].first + i, std::move(window));
+        }
+    }
+    REQUIRE(std::is_sorted(plan.irregular.begin(), plan.irregular.end()));
+    REQUIRE(plan.windows.size() == plan.irregular.size() * plan.elements());
+    for (std::size_t i = 0; i < plan.irregular.size(); ++i) {
+        const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(i * plan.elements());
+        add(plan.irregular[i], indices(window, window + static_cast<std::ptrdiff_t>(plan.elements())));
+    }
+    return windows;
+}
+
+indices explored(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+    indices window(static_cast<std::size_t>(kernel_size * kernel_size));
+    gather_window(g, pixel, kernel_size, window);
+    return window;
+}
+
+indices random_subset(std::mt19937& random, std::size_t count) {
+    indices subset;
+    const std::int32_t percent = testing::below(random, 101);
+    bool chosen = false;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (testing::chance(random, 30)) chosen = testing::chance(random, percent);
+        if (chosen) subset.push_back(static_cast<std::int32_t>(i));
+    }
+    return subset;
+}
+}  // namespace
+
+TEST_CASE("a plan has the window that exploration finds, for every pixel of any graph, kernel and stride") {
+    std::size_t in_segments = 0;
+    testing::for_random_graphs(30, 3000, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
+        const convolution_plan plan = plan_convolution(g, kernel_size);
+        std::vector<indices> windows = windows_of(plan);
+        REQUIRE(windows.size() == g.size());
+        bool same = true;
+        for (std::size_t i = 0; i < g.size(); ++i)
+            same = same && windows[i] == explored(g, static_cast<std::int32_t>(i), kernel_size);
+        REQUIRE(same);
+        in_segments += g.size() - plan.irregular.size();
+
+        const coarsened coarse = coarsen(g);
+        windows = windows_of(plan_convolution(g, kernel_size, coarse));
+        REQUIRE(windows.size() == coarse.kept.size());
+        for (std::size_t o = 0; o < coarse.kept.size(); ++o)
+            same = same && windows[o] == explored(g, coarse.kept[o], kernel_size);
+        REQUIRE(same);
+    });
+    CHECK(in_segments > 10000);
+}
+
+TEST_CASE("a plan has the windows of large kernels and of graphs wider than a word of bits") {
+    std::mt19937 random(31);
+    for (int round = 0; round < 40; ++round) {
+        const graph g = testing::random_graph(random, 150).topology;
+        const std::int32_t kernel_size = 1 + 2 * testing::below(random, 8);
+        const std::vector<indices> windows = windows_of(plan_convolution(g, kernel_size));
+        bool same = true;
+        for (std::size_t i = 0; i < g.size(); i += 7)
+            same = same && windows[i] == explored(g, static_cast<std::int32_t>(i), kernel_size);
+        REQUIRE(same);
+    }
+}
+
+TEST_CASE("in an image all but the border is regular, a segment a row") {
+    const graph g = make_grid(200, 50);
+    for (const std::int32_t kernel_size : {3, 5, 7}) {
+        const convolution_plan plan = plan_convolution(g, kernel_size);
+        const std::size_t rows = static_cast<std::size_t>(50 - (kernel_size - 1));
+        CHECK(plan.segments.size() == rows);
+        CHECK(plan.irregular.size() == 200 * 50 - rows * static_cast<std::size_t>(200 - (kernel_size - 1)));
+        const convolution_plan halved = plan_convolution(g, kernel_size, coarsen(g));
+        CHECK(halved.output_count == 100 * 25);
+        CHECK(halved.segments.size() == rows / 2);
+    }
+}
+
+TEST_CASE("a cut away from spine and ribs changes no window") {
+    // 7 x 7 pixels; the center's spine is column 3, its ribs are the rows.
+    graph g = make_grid(7, 7);
+    const auto is_regular = [&] { return detail::regular_pixels(g, 7).contains(24); };
+    CHECK(is_regular());
+    for (std::int32_t i = 0; i < 49; ++i)
+        if (i % 7 != 3) g.unlink(i, side::up);
+    CHECK(is_regular());
+    CHECK(explored(g, 24, 7) == explored(make_grid(7, 7), 24, 7));
+    g.unlink(5, side::left);
+    CHECK_FALSE(is_regular());
+}
+
+TEST_CASE("a restricted plan has the windows of its outputs and no others, and needs what they hold") {
+    testing::for_random_graphs(32, 1500, [&](const random_layers& layers, std::mt19937& random) {
+        const graph& g = layers.topology;
+        const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
+        const convolution_plan plan =
+            testing::chance(random, 50) ? plan_convolution(g, kernel_size) : plan_convolution(g, kernel_size, coarsen(g));
+        const indices subset = random_subset(random, plan.output_count);
+        const convolution_plan restricted = restrict_to(plan, subset);
+        const std::vector<indices> all = windows_of(plan), some = windows_of(restricted);
+        std::vector<indices> expected(all.size());
+        std::vector<bool> is_needed(g.size());
+        for (const std::int32_t o : subset) {
+            expected[static_cast<std::size_t>(o)] = all[static_cast<std::size_t>(o)];
+            for (const std::int32_t i : all[static_cast<std::size_t>(o)])
+                if (i != no_pixel) is_needed[static_cast<std::size_t>(i)] = true;
+        }
+        REQUIRE(some == expected);
+        indices needed;
+        for (std::size_t i = 0; i < g.size(); ++i)
+            if (is_needed[i]) needed.push_back(static_cast<std::int32_t>(i));
+        REQUIRE(needed_inputs(restricted) == needed);
+    });
+}

@@ -1,0 +1,29 @@
+#include <ldi/nn/ldi/weights.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <array>
+
+using namespace ldi;
+
+TEST_CASE("a tensor is found by its name, type and shape, and what does not fit is named") {
+    named_tensors weights;
+    weights.tensors["a"] = {{2, 1}, std::vector<float>{1.0F, 2.0F}};
+    weights.tensors["b"] = {{}, std::vector<std::int8_t>{3}};
+    CHECK(tensor_values<float>(weights, "a", {2, 1}) == std::vector<float>{1.0F, 2.0F});
+    CHECK(tensor_values<std::int8_t>(weights, "b", {}) == std::vector<std::int8_t>{3});
+    CHECK_THROWS_WITH(tensor_values<float>(weights, "c", {2}),
+                      Catch::Contains("tensor c") && Catch::Contains("float, 2") && Catch::Contains("no such tensor"));
+    CHECK_THROWS_WITH(tensor_values<float>(weights, "a", {2}),
+                      Catch::Contains("tensor a") && Catch::Contains("found float, 2 x 1"));
+    CHECK_THROWS_WITH(tensor_values<std::uint8_t>(weights, "b", {}),
+                      Catch::Contains("expected uint8, a single value") && Catch::Contains("found int8, a single value"));
+}
+
+TEST_CASE("a tensor that the network does not have is named") {
+    named_tensors weights;
+    weights.tensors["a"] = {{}, std::vector<float>{1.0F}};
+    weights.tensors["b"] = {{}, std::vector<float>{1.0F}};
+    check_no_others(weights, std::array{"a", "b", "c"});
+    CHECK_THROWS_WITH(check_no_others(weights, std::array{"a"}), Catch::Contains("tensor b"));
+}

@@ -1,0 +1,131 @@
+#include <ldi/occlusion/discontinuity_curves.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <map>
+#include <random>
+#include <set>
+
+namespace {
+
+std::vector<ldi::discontinuity_curve> curves_of(const ldi::photo_layers& layers, std::size_t shortest_length = 1) {
+    ldi::curve_options options;
+    options.shortest_length = shortest_length;
+    return ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options);
+}
+
+// The ends of the lattice edge between two pixels, as (x, y) of corners.
+std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph& g, const ldi::discontinuity& d) {
+    const int x = g.x[static_cast<std::size_t>(d.back)], y = g.y[static_cast<std::size_t>(d.back)];
+    switch (d.towards_front) {
+        case ldi::side::up: return {{x, y}, {x + 1, y}};
+        case ldi::side::down: return {{x, y + 1}, {x + 1, y + 1}};
+        case ldi::side::left: return {{x, y}, {x, y + 1}};
+        case ldi::side::right: break;
+    }
+    return {{x + 1, y}, {x + 1, y + 1}};
+}
+
+}  // namespace
+
+TEST_CASE("every missing link inside the photo lies on exactly one curve, with its nearer pixel in front") {
+    std::mt19937 random(1);
+    for (int round = 0; round < 300; ++round) {
+        const ldi::photo_layers layers =
+            ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
+        const ldi::graph& g = layers.topology;
+        const std::vector<float>& disparity = layers.column<ldi::disparity_column>();
+        std::set<std::pair<std::int32_t, std::int32_t>> found;
+        for (const ldi::discontinuity_curve& c : curves_of(layers))
+            for (const ldi::discontinuity& d : c.sides) {
+                REQUIRE(disparity[static_cast<std::size_t>(d.front)] > disparity[static_cast<std::size_t>(d.back)] + 0.05F);
+                REQUIRE(g.x[static_cast<std::size_t>(d.front)] ==
+                        g.x[static_cast<std::size_t>(d.back)] + ldi::step_x(d.towards_front));
+                REQUIRE(g.y[static_cast<std::size_t>(d.front)] ==
+                        g.y[static_cast<std::size_t>(d.back)] + ldi::step_y(d.towards_front));
+                REQUIRE(found.emplace(std::min(d.back, d.front), std::max(d.back, d.front)).second);
+            }
+        std::size_t missing = 0;
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
+            if (g.x[static_cast<std::size_t>(i)] + 1 < g.width)
+                missing += g.neighbor(i, ldi::side::right) == ldi::no_pixel ? 1U : 0U;
+            if (g.y[static_cast<std::size_t>(i)] + 1 < g.height)
+                missing += g.neighbor(i, ldi::side::down) == ldi::no_pixel ? 1U : 0U;
+        }
+        REQUIRE(found.size() == missing);
+    }
+}
+
+TEST_CASE("curves are chains that do not run through junctions") {
+    std::mt19937 random(2);
+    for (int round = 0; round < 300; ++round) {
+        const ldi::photo_layers layers =
+            ldi::test::lift_disparity(ldi::test::random_disparity(random, 2 + random() % 30, 2 + random() % 30));
+        const std::vector<ldi::discontinuity_curve> curves = curves_of(layers);
+        std::map<std::pair<int, int>, int> degree;
+        for (const ldi::discontinuity_curve& c : curves)
+            for (const ldi::discontinuity& d : c.sides) {
+                const auto [a, b] = corners_of(layers.topology, d);
+                ++degree[a], ++degree[b];
+            }
+        for (const ldi::discontinuity_curve& c : curves) {
+            std::map<std::pair<int, int>, int> inner;
+            for (std::size_t i = 0; i + 1 < c.sides.size(); ++i) {
+                const auto [a, b] = corners_of(layers.topology, c.sides[i]);
+                const auto [e, f] = corners_of(layers.topology, c.sides[i + 1]);
+                const auto shared = a == e || a == f ? a : b;
+                REQUIRE((shared == e || shared == f));
+                REQUIRE(degree[shared] == 2);
+            }
+        }
+    }
+}
+
+TEST_CASE("at a T-junction only the curve between midground and foreground is constrained") {
+    ldi::image<float> map(60, 80);
+    for (std::size_t y = 0; y < 60; ++y)
+        for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 30 ? 0.5F : 0.1F;
+    const ldi::photo_layers layers = ldi::test::lift_disparity(map);
+    const std::vector<ldi::discontinuity_curve> curves = curves_of(layers, 20);
+    REQUIRE(curves.size() == 3);
+    const std::vector<float>& disparity = layers.column<ldi::disparity_column>();
+    for (const ldi::discontinuity_curve& c : curves) {
+        const bool is_mid_to_fore = disparity[static_cast<std::size_t>(c.sides[0].back)] == 0.5F;
+        REQUIRE(c.constraints.size() == (is_mid_to_fore ? 1U : 0U));
+        if (!is_mid_to_fore) continue;
+        CHECK(c.constraints[0].x == 40.0F);
+        CHECK(c.constraints[0].y == 30.0F);
+        CHECK(c.constraints[0].outward_y == Approx(-1.0F));
+        CHECK(c.constraints[0].perpendicular_x == Approx(1.0F));
+    }
+}
+
+TEST_CASE("a discontinuity that fades out is constrained at its end, one that leaves the photo is not") {
+    ldi::image<float> map(60, 80);
+    for (std::size_t y = 0; y < 60; ++y)
+        for (std::size_t x = 0; x < 80; ++x) {
+            const float step = 0.4F - 0.01F * static_cast<float>(y);  // between left and right, gone at the bottom
+            map(y, x, 0) = x < 40 ? 0.5F : 0.5F + std::max(step, 0.0F);
+        }
+    const std::vector<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    REQUIRE(curves.size() == 1);
+    REQUIRE(curves[0].constraints.size() == 1);
+    CHECK(curves[0].constraints[0].x == 40.0F);
+    CHECK(curves[0].constraints[0].outward_y == Approx(1.0F));
+    CHECK(curves[0].constraints[0].perpendicular_x == Approx(1.0F));
+}
+
+TEST_CASE("short curves are dropped, closed ones are marked") {
+    ldi::image<float> map(40, 60, 1, 0.1F);
+    for (std::size_t y = 10; y < 20; ++y)
+        for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides
+    for (std::size_t y = 30; y < 34; ++y)
+        for (std::size_t x = 40; x < 44; ++x) map(y, x, 0) = 0.7F;  // one of 16
+    const std::vector<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    REQUIRE(curves.size() == 1);
+    CHECK(curves[0].sides.size() == 40);
+    CHECK(curves[0].is_closed);
+    CHECK(curves[0].constraints.empty());
+}

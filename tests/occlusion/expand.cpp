@@ -1,0 +1,202 @@
+#include <ldi/occlusion/expand.hpp>
+
+#include "examples/scenes/scene.hpp"
+#include "tests/support/lifted_scene.hpp"
+
+#include <ldi/core/validate.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+namespace {
+
+constexpr float threshold = 0.05F, rounding = 1e-6F;
+
+struct label {
+    using scalar = std::int32_t;
+    static constexpr std::size_t channels = 2;
+};
+
+ldi::photo_layers grown(const ldi::photo_layers& lifted, int iterations, std::size_t shortest_length = 20) {
+    ldi::curve_options curve_options;
+    curve_options.shortest_length = shortest_length;
+    const auto curves = ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>(), curve_options);
+    ldi::expand_options options;
+    options.iterations = iterations;
+    return ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+}
+
+// What must hold of the graph at any time. `first_new` splits the photo's own pixels from those added.
+void require_sound(const ldi::graph& g, std::span<const float> disparity, std::size_t first_new) {
+    const auto broken = ldi::validate(g);
+    REQUIRE_FALSE(broken);
+    std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        at[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])].push_back(i);
+        for (ldi::side s : ldi::all_sides) {
+            const std::int32_t n = g.neighbors(s)[i];
+            if (n != ldi::no_pixel)
+                REQUIRE(std::abs(disparity[static_cast<std::size_t>(n)] - disparity[i]) <= threshold + rounding);
+        }
+    }
+    for (std::size_t position = 0; position < at.size(); ++position) {
+        REQUIRE(at[position].front() == position);
+        for (std::size_t k = 1; k < at[position].size(); ++k) {
+            REQUIRE(at[position][k] >= first_new);
+            REQUIRE(disparity[at[position][k]] < disparity[position] - threshold + rounding);
+            for (std::size_t l = 1; l < k; ++l)
+                REQUIRE(std::abs(disparity[at[position][k]] - disparity[at[position][l]]) > threshold - rounding);
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("after every iteration the graph is sound, and every new pixel is hidden behind the photo's") {
+    std::mt19937 random(1);
+    for (int round = 0; round < 120; ++round) {
+        const ldi::photo_layers lifted =
+            ldi::test::lift_disparity(ldi::test::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
+        ldi::curve_options curve_options;
+        curve_options.shortest_length = 1 + random() % 20;
+        const auto curves =
+            ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>(), curve_options);
+        ldi::expand_options options;
+        options.iterations = 12;
+        int iterations = 0;
+        const ldi::photo_layers expanded =
+            ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options, {},
+                        [&](const ldi::graph& g, std::span<const float> disparity, std::size_t first_new) {
+                            ++iterations;
+                            require_sound(g, disparity, first_new);
+                        });
+        REQUIRE(iterations == 12);
+        REQUIRE_FALSE(ldi::validate_canonical(expanded.topology, expanded.column<ldi::disparity_column>()));
+    }
+}
+
+TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
+    std::mt19937 random(2);
+    for (int round = 0; round < 60; ++round) {
+        ldi::photo_layers lifted = ldi::test::lift_disparity(ldi::test::random_disparity(random, 40, 30));
+        for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
+        const ldi::photo_layers expanded = grown(lifted, 15, 4);
+        const ldi::graph& g = expanded.topology;
+        // The photo's pixel is the nearest at its position.
+        std::vector<std::int32_t> nearest(lifted.size(), ldi::no_pixel);
+        const std::vector<float>& disparity = expanded.column<ldi::disparity_column>();
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            std::int32_t& n = nearest[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])];
+            if (n == ldi::no_pixel || disparity[static_cast<std::size_t>(n)] < disparity[i]) n = static_cast<std::int32_t>(i);
+        }
+        std::size_t hidden = expanded.size();
+        for (std::int32_t p = 0; p < static_cast<std::int32_t>(lifted.size()); ++p) {
+            const std::int32_t q = nearest[static_cast<std::size_t>(p)];
+            REQUIRE(q != ldi::no_pixel);
+            --hidden;
+            REQUIRE(disparity[static_cast<std::size_t>(q)] ==
+                    lifted.column<ldi::disparity_column>()[static_cast<std::size_t>(p)]);
+            REQUIRE(expanded.column<ldi::known_column>()[static_cast<std::size_t>(q)] == 1);
+            for (std::size_t c = 0; c < 3; ++c)
+                REQUIRE(expanded.at<ldi::color_column>(q)[c] == lifted.at<ldi::color_column>(p)[c]);
+            for (ldi::side s : ldi::all_sides) {
+                const std::int32_t before = lifted.topology.neighbor(p, s);
+                if (before != ldi::no_pixel) REQUIRE(g.neighbor(q, s) == nearest[static_cast<std::size_t>(before)]);
+            }
+        }
+        std::size_t unknown = 0;
+        for (std::uint8_t known : expanded.column<ldi::known_column>()) unknown += known == 0 ? 1U : 0U;
+        REQUIRE(unknown == hidden);
+    }
+}
+
+TEST_CASE("behind a straight edge the background grows by one column an iteration") {
+    ldi::image<float> map(40, 60);
+    for (std::size_t y = 0; y < 40; ++y)
+        for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
+    for (int iterations : {0, 1, 7, 25}) {
+        const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(map), iterations);
+        REQUIRE(expanded.size() == 40U * 60U + 40U * static_cast<std::size_t>(iterations));
+        for (float d : expanded.column<ldi::disparity_column>()) REQUIRE((d == 0.2F || d == 0.8F));
+    }
+}
+
+TEST_CASE("fronts that meet behind a bar link up into one surface") {
+    ldi::image<float> map(30, 80);
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 30 && x < 51 ? 0.8F : x < 30 ? 0.2F : 0.23F;
+    const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(map), 50);
+    REQUIRE(expanded.size() == 30U * 80U + 30U * 21U);
+    const ldi::graph& g = expanded.topology;
+    for (std::size_t i = 0; i < g.size(); ++i)  // from the left border one can walk to the right border behind the bar
+        if (g.x[i] == 0) {
+            std::int32_t pixel = static_cast<std::int32_t>(i), steps = 0;
+            while (g.neighbor(pixel, ldi::side::right) != ldi::no_pixel) pixel = g.neighbor(pixel, ldi::side::right), ++steps;
+            REQUIRE(steps == 79);
+        }
+}
+
+TEST_CASE("the midground does not grow past the perpendicular at its end, the background passes under both") {
+    const std::int32_t width = 192, height = 256;
+    const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);
+    const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
+    const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(picture.disparity), 50);
+    const ldi::graph& g = expanded.topology;
+    std::set<std::pair<int, int>> background_at, midground_at;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        const float disparity = expanded.column<ldi::disparity_column>()[i];
+        bool is_true_surface = false;
+        for (const ldi::scenes::surface& s :
+             ldi::scenes::surfaces_at(scene, static_cast<double>(g.x[i]) + 0.5, static_cast<double>(g.y[i]) + 0.5))
+            is_true_surface = is_true_surface || std::abs(s.disparity - disparity) < 0.01F;
+        INFO("pixel at " << g.x[i] << ", " << g.y[i] << " with disparity " << disparity);
+        REQUIRE(is_true_surface);
+        if (disparity < 0.25F) background_at.emplace(g.x[i], g.y[i]);
+        if (disparity > 0.25F && disparity < 0.75F) midground_at.emplace(g.x[i], g.y[i]);
+    }
+    // The foreground's edge is at 0.4 of the width, the midground's at 0.55 of the height.
+    const int edge = static_cast<int>(std::lround(0.4 * width)), top = static_cast<int>(std::lround(0.55 * height));
+    for (int x = edge - 48; x < edge; ++x) {
+        for (int y = 0; y < top; ++y) REQUIRE(background_at.count({x, y}) == 1);
+        for (int y = top + 3; y < height; ++y) REQUIRE(midground_at.count({x, y}) == 1);  // up to the constraint's thickness
+    }
+    for (int x = edge; x < width; ++x)
+        for (int y = top; y < top + 48; ++y) REQUIRE(background_at.count({x, y}) == 1);
+    for (int y = top; y < top + 20; ++y)  // under both
+        for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
+}
+
+TEST_CASE("users' own columns come along, and are zero where pixels are new") {
+    ldi::image<float> map(30, 30);
+    for (std::size_t y = 0; y < 30; ++y)
+        for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
+    ldi::photo_layers lifted = ldi::test::lift_disparity(map);
+    ldi::layered_image<ldi::disparity_column, label> own(lifted.topology);
+    own.column<ldi::disparity_column>() = lifted.column<ldi::disparity_column>();
+    for (std::int32_t i = 0; i < 900; ++i) own.at<label>(i)[0] = i + 1, own.at<label>(i)[1] = -i - 1;
+    const auto curves = ldi::find_discontinuity_curves(own.topology, own.column<ldi::disparity_column>());
+    const auto expanded = ldi::expand(own, std::span<const ldi::discontinuity_curve>(curves));
+    std::set<std::int32_t> seen;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(expanded.size()); ++i) {
+        const auto [first, second] = std::pair{expanded.at<label>(i)[0], expanded.at<label>(i)[1]};
+        REQUIRE(first == -second);
+        if (first == 0) continue;
+        REQUIRE(first - 1 ==
+                expanded.topology.y[static_cast<std::size_t>(i)] * 30 + expanded.topology.x[static_cast<std::size_t>(i)]);
+        REQUIRE(seen.insert(first).second);
+    }
+    CHECK(seen.size() == 900);
+}
+
+TEST_CASE("growth can be canceled, and refuses a senseless number of iterations") {
+    const ldi::photo_layers lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
+    ldi::observer watcher;
+    watcher.is_canceled = [](void*) { return true; };
+    CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, watcher), ldi::error);
+    ldi::expand_options options;
+    options.iterations = -1;
+    CHECK_THROWS_AS(ldi::expand(lifted, {}, options), ldi::error);
+}

@@ -1,0 +1,44 @@
+#include <ldi/core/validate.hpp>
+#include <ldi/occlusion/lift.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+TEST_CASE("lifting links neighbors exactly where disparity differs by at most the threshold") {
+    std::mt19937 random(1);
+    ldi::thread_pool threads(3);
+    for (int round = 0; round < 200; ++round) {
+        const std::size_t rows = 1 + random() % 20, columns = 1 + random() % 20;
+        ldi::image<float> disparity(rows, columns);
+        for (float& value : disparity) value = static_cast<float>(random() % 8) * 0.03F;
+        ldi::image<std::uint8_t> color(rows, columns, 3);
+        for (std::uint8_t& value : color) value = static_cast<std::uint8_t>(random());
+        const ldi::photo_layers layers = ldi::lift(color, disparity, {}, threads);
+        const ldi::graph& g = layers.topology;
+
+        REQUIRE_FALSE(ldi::validate_canonical(g, layers.column<ldi::disparity_column>()));
+        REQUIRE(g.size() == rows * columns);
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
+            const std::size_t k = static_cast<std::size_t>(i);
+            REQUIRE(g.y[k] * g.width + g.x[k] == i);
+            REQUIRE(layers.at<ldi::color_column>(i)[1] == color(g.y[k], g.x[k], 1));
+            REQUIRE(layers.column<ldi::known_column>()[k] == 1);
+            for (ldi::side s : ldi::all_sides) {
+                const std::int32_t u = g.x[k] + ldi::step_x(s), v = g.y[k] + ldi::step_y(s);
+                const bool inside = u >= 0 && v >= 0 && u < g.width && v < g.height;
+                const bool close = inside && std::abs(disparity(v, u, 0) - disparity(g.y[k], g.x[k], 0)) <= 0.05F;
+                REQUIRE((g.neighbor(i, s) != ldi::no_pixel) == close);
+            }
+        }
+    }
+}
+
+TEST_CASE("a photo and a disparity map of different sizes are a mismatch") {
+    const auto photo = ldi::image<std::uint8_t>(4, 5, 3, std::uint8_t{0});
+    CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(5, 4, 1, 0.0F)), ldi::error);
+    CHECK_THROWS_AS(ldi::lift(photo, ldi::image<float>(4, 5, 2, 0.0F)), ldi::error);
+    CHECK_THROWS_AS(ldi::lift(ldi::image<std::uint8_t>(4, 0, 3), ldi::image<float>(4, 0)), ldi::error);
+}
