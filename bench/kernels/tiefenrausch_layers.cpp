@@ -38,7 +38,7 @@ struct shape {
 
 /// Some rows of a layer's input and room for its result.
 struct rows {
-    std::vector<std::uint8_t> input, other, result;
+    ldi::buffer<std::uint8_t> input, other, result;
     std::size_t row_bytes;
 
     rows(const shape& s, std::size_t kernel, std::size_t outputs) : row_bytes((s.input.width + kernel) * s.input_channels) {
@@ -151,7 +151,7 @@ const bool registered = [] {
     const double peak = ldi_bench::peak_products(target);
 
     std::vector<ldi::quantization> values{network.input};
-    std::vector<std::size_t> channels{network.input_channels}, repeats{1};
+    ldi::buffer<std::size_t> channels{network.input_channels}, repeats{1};
     std::vector<ldi::tensor_size> stored{{384, 288}};  // not enlarged yet, where `repeats` says so
     std::map<std::string, line> lines;
     line all{"", 0, 0, 0};

@@ -49,7 +49,7 @@ ldi::polygon polygon_of(const ldi::flat_mesh& mesh, std::size_t chart) {
              s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
             const ldi::outline_step step = outlines.steps[static_cast<std::size_t>(s)];
             const ldi::boundary_piece& piece = outlines.pieces[static_cast<std::size_t>(step.piece)];
-            std::vector<std::int32_t> corners{piece.start};
+            ldi::buffer<std::int32_t> corners{piece.start};
             for (std::int32_t c = piece.first_inner; c < piece.first_inner + piece.inner_count; ++c)
                 if (used.count(c) != 0) corners.push_back(c);
             corners.push_back(piece.end);
@@ -97,7 +97,7 @@ const workload& photo() {
 std::size_t sweep(const workload& w, bool flips) {
     static ldi::triangulator triangulate;
     static ldi::triangulation t;
-    static std::vector<std::int32_t> stack;
+    static ldi::buffer<std::int32_t> stack;
     std::size_t triangles = 0;
     for (const ldi::polygon& p : w.charts) {
         if (triangulate(p, t)) continue;

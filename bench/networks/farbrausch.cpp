@@ -67,12 +67,12 @@ std::vector<ldi::arithmetic> available_arithmetics() {
 }
 
 struct measurement {
-    std::vector<std::vector<double>> steps;  ///< of every run
-    std::vector<double> whole;
+    ldi::buffer<ldi::buffer<double>> steps;  ///< of every run
+    ldi::buffer<double> whole;
     std::size_t peak_bytes = 0;
 };
 
-double median(std::vector<double> values) {
+double median(ldi::buffer<double> values) {
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];
 }
@@ -84,7 +84,7 @@ measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& lay
         ldi::photo_layers copy = layers;
         struct timer {
             clock::time_point last;
-            std::vector<double> steps;
+            ldi::buffer<double> steps;
         } t{clock::now(), {}};
         ldi::observer watcher;
         watcher.user = &t;
@@ -105,8 +105,8 @@ measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& lay
     return result;
 }
 
-std::vector<std::uint8_t> unknown_of(const ldi::photo_layers& layers) {
-    std::vector<std::uint8_t> unknown;
+ldi::buffer<std::uint8_t> unknown_of(const ldi::photo_layers& layers) {
+    ldi::buffer<std::uint8_t> unknown;
     for (const std::uint8_t known : layers.column<ldi::known_column>()) unknown.push_back(known == 0 ? 1 : 0);
     return unknown;
 }
@@ -119,7 +119,7 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
     double products_in_all = 0;
     const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
     for (std::size_t s = 0; s < m.steps[0].size(); ++s) {
-        std::vector<double> times;
+        ldi::buffer<double> times;
         for (const auto& run : m.steps) times.push_back(run[s]);
         std::string name = s == 0 ? "plans" : "smooth fills";
         std::size_t products = 0;
@@ -151,8 +151,8 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
 /// Of the inpainted colors to those in float32, in dB.
 double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausch& exact, const ldi::photo_layers& layers) {
     ldi::serial_executor serial;
-    const std::vector<std::uint8_t> unknown = unknown_of(layers);
-    const std::vector<float> a = network.colors(layers, unknown, serial), b = exact.colors(layers, unknown, serial);
+    const ldi::buffer<std::uint8_t> unknown = unknown_of(layers);
+    const ldi::buffer<float> a = network.colors(layers, unknown, serial), b = exact.colors(layers, unknown, serial);
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += std::pow(double{std::clamp(a[i], 0.0F, 1.0F)} - double{std::clamp(b[i], 0.0F, 1.0F)}, 2.0);
@@ -160,7 +160,7 @@ double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausc
 }
 
 void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_detail) {
-    const std::vector<std::uint8_t> unknown = unknown_of(layers);
+    const ldi::buffer<std::uint8_t> unknown = unknown_of(layers);
     const ldi::farbrausch exact = network_with(ldi::arithmetic::float32);
     for (const ldi::arithmetic kind : in_detail ? available_arithmetics() : std::vector{ldi::arithmetic::float32}) {
         const ldi::farbrausch network = network_with(kind);

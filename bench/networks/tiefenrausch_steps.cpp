@@ -28,9 +28,9 @@ using std::chrono::steady_clock;
 const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
 
 /// The fewest seconds that each step took in some runs on one thread.
-std::vector<double> measure(const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb, std::size_t steps) {
+ldi::buffer<double> measure(const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb, std::size_t steps) {
     constexpr std::size_t runs = 31;
-    std::vector<double> fewest(steps, 1e9);
+    ldi::buffer<double> fewest(steps, 1e9);
     std::vector<std::byte> memory(network.working_bytes({rgb.height(), rgb.width()}, 1));
     ldi::serial_executor serial;
     for (std::size_t run = 0; run < runs; ++run) {
@@ -58,7 +58,7 @@ void report(const std::string& name, double time, double products, double peak) 
 
 void report_steps(const std::string& name, const ldi::tiefenrausch& network, const ldi::image<std::uint8_t>& rgb) {
     const auto steps = network.describe_steps({rgb.height(), rgb.width()});
-    const std::vector<double> times = measure(network, rgb, steps.size());
+    const ldi::buffer<double> times = measure(network, rgb, steps.size());
     const double peak = ldi_bench::peak_products(network.target());
     const std::string prefix = name + "/" + std::string(to_string(network.target())) + "/";
     double time = 0, products = 0;

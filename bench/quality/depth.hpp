@@ -65,7 +65,7 @@ inline std::vector<rgbd_pair> rgbd_pairs() {
 /// The mean of a measure over what has it.
 template <class Measure>
 double mean_of(const std::vector<depth_quality>& all, Measure measure) {
-    std::vector<double> values;
+    ldi::buffer<double> values;
     for (const depth_quality& q : all)
         if (!std::isnan(q.*measure)) values.push_back(q.*measure);
     return values.empty() ? unmeasured : mean(values);

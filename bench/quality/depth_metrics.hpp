@@ -41,7 +41,7 @@ struct depth_quality {
 };
 
 /// Half-way between the two middle values where their number is even.
-inline double median(std::vector<double> values) {
+inline double median(ldi::buffer<double> values) {
     const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), values.begin() + half, values.end());
     const double upper = values[static_cast<std::size_t>(half)];
@@ -198,7 +198,7 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
 /// Of 20,000 random pairs of pixels, those that the truth has at distances that differ by a fifth or more: the share that the
 /// estimate has the other way round (the question of DA-2K, Yang et al., "Depth Anything V2", 2024, asked of measured depth).
 inline double wrong_order(const map& ours, const map& truth, const pixel_set& known) {
-    std::vector<std::size_t> pixels;
+    ldi::buffer<std::size_t> pixels;
     for (std::size_t i = 0; i < known.size(); ++i)
         if (known.data()[i] != 0) pixels.push_back(i);
     std::minstd_rand random(1);
@@ -251,7 +251,7 @@ depth_quality measure_depth(const picture& photo, const ldi::image<float>& dispa
                             Executor& threads) {
     const std::size_t rows = truth.height(), columns = truth.width();
     pixel_set known = ldi::image<std::uint8_t>(rows, columns);
-    std::vector<double> values;
+    ldi::buffer<double> values;
     for (std::size_t i = 0; i < truth.size(); ++i) {
         known.data()[i] = truth.data()[i] > 0 ? 1 : 0;
         if (known.data()[i] != 0) values.push_back(static_cast<double>(truth.data()[i]));

@@ -64,8 +64,8 @@ picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Exe
 /// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colors.
 inline double cut_off_share(const ldi::photo_layers& layers) {
     const ldi::components parts = ldi::connected_components(layers.topology);
-    const std::vector<std::uint8_t>& known = layers.column<ldi::known_column>();
-    std::vector<std::uint8_t> has_known(parts.count(), 0);
+    const ldi::buffer<std::uint8_t>& known = layers.column<ldi::known_column>();
+    ldi::buffer<std::uint8_t> has_known(parts.count(), 0);
     for (std::size_t i = 0; i < known.size(); ++i)
         if (known[i] != 0) has_known[static_cast<std::size_t>(parts.label[i])] = 1;
     std::size_t unknown = 0, cut_off = 0;
@@ -109,9 +109,9 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         return ldi::render_layers(layers, canonical, peeled.range, original, raster, threads);
     };
 
-    const std::vector<std::size_t> layer = ldi::examples::layer_of_pixels(peeled.layers);
+    const ldi::buffer<std::size_t> layer = ldi::examples::layer_of_pixels(peeled.layers);
     ldi::photo_layers hidden = peeled.layers;
-    std::vector<std::uint8_t> is_first(layer.size());
+    ldi::buffer<std::uint8_t> is_first(layer.size());
     for (std::size_t i = 0; i < layer.size(); ++i) {
         is_first[i] = layer[i] == 0 ? 1 : 0;
         hidden.column<ldi::known_column>()[i] = is_first[i];
@@ -170,7 +170,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
 
 /// How much better the network does on layers than in screen space, reprojected, in dB: mean over the rows.
 inline double lead(const std::vector<inpainting_result>& rows) {
-    std::vector<double> leads;
+    ldi::buffer<double> leads;
     for (const inpainting_result& r : rows) leads.push_back(r.network.whole.psnr - r.network_in_screen_space.whole.psnr);
     return mean(leads);
 }
@@ -196,7 +196,7 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
         "|\n|---|---|---|---|---|---|\n");
     const auto line = [&](const char* name, inpainted inpainting_result::*way, bool on_layers) {
         const auto average = [&](auto&& value) {
-            std::vector<double> values;
+            ldi::buffer<double> values;
             for (const inpainting_result& r : rows) values.push_back(value(r.*way));
             return mean(values);
         };

@@ -48,12 +48,12 @@ inline double psnr(const picture& a, const picture& b, const mask& where) {
 }
 
 /// H x W x 3 values, blurred with a Gaussian of sigma 1.5 over 11 x 11 pixels, the border repeated.
-inline std::vector<float> blurred(const std::vector<float>& values, std::size_t rows, std::size_t columns) {
+inline ldi::buffer<float> blurred(const ldi::buffer<float>& values, std::size_t rows, std::size_t columns) {
     std::array<float, 11> weights{};
     float sum = 0;
     for (int i = -5; i <= 5; ++i) sum += weights[static_cast<std::size_t>(i + 5)] = std::exp(-static_cast<float>(i * i) / 4.5F);
-    const auto pass = [&](const std::vector<float>& from, bool across) {
-        std::vector<float> to(from.size());
+    const auto pass = [&](const ldi::buffer<float>& from, bool across) {
+        ldi::buffer<float> to(from.size());
         for (std::size_t y = 0; y < rows; ++y)
             for (std::size_t x = 0; x < columns; ++x)
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -76,12 +76,12 @@ inline std::vector<float> blurred(const std::vector<float>& values, std::size_t 
 /// averaged over the channels, and over the pixels that count.
 inline double ssim(const picture& a, const picture& b, const mask& where) {
     const std::size_t rows = a.height(), columns = a.width(), count = a.size();
-    std::vector<float> x(count), y(count), xx(count), yy(count), xy(count);
+    ldi::buffer<float> x(count), y(count), xx(count), yy(count), xy(count);
     for (std::size_t i = 0; i < count; ++i) {
         x[i] = static_cast<float>(a.data()[i]), y[i] = static_cast<float>(b.data()[i]);
         xx[i] = x[i] * x[i], yy[i] = y[i] * y[i], xy[i] = x[i] * y[i];
     }
-    for (std::vector<float>* values : {&x, &y, &xx, &yy, &xy}) *values = blurred(*values, rows, columns);
+    for (ldi::buffer<float>* values : {&x, &y, &xx, &yy, &xy}) *values = blurred(*values, rows, columns);
     const float c1 = 0.01F * 0.01F * 255 * 255, c2 = 0.03F * 0.03F * 255 * 255;
     double sum = 0;
     std::size_t pixels = 0;
@@ -101,7 +101,7 @@ inline quality measure(const picture& result, const picture& truth, const mask& 
     return {psnr(result, truth, where), ssim(result, truth, where)};
 }
 
-inline double mean(const std::vector<double>& values) {
+inline double mean(const ldi::buffer<double>& values) {
     double sum = 0;
     for (const double v : values) sum += v;
     return values.empty() ? 0 : sum / static_cast<double>(values.size());

@@ -73,7 +73,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
     if (files.empty()) return;
     ldi::photo3d_options options;
     options.long_side = 768;
-    std::vector<std::vector<double>> hidden(networks.size());
+    ldi::buffer<ldi::buffer<double>> hidden(networks.size());
     for (const std::filesystem::path& file : files) {
         const picture photo = ldi::load_photo(file).color;
         std::vector<picture> strip{photo};

@@ -78,7 +78,7 @@ void run(const arguments& a) {
         all_views.insert(all_views.end(), views.begin(), views.end());
         all_inpainting.insert(all_inpainting.end(), inpainting.begin(), inpainting.end());
     }
-    std::vector<double> uncovered;
+    ldi::buffer<double> uncovered;
     for (const novel_view& v : all_views) uncovered.push_back(100 * v.uncovered);
     std::printf("\nldi over screen space %+.2f dB, uncovered %.2f %%\n", lead(all_inpainting), mean(uncovered));
 }

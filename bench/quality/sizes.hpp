@@ -117,7 +117,7 @@ void print_sizes(const Inpainter& inpainter) {
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
-    std::map<std::string, std::vector<double>> times;
+    std::map<std::string, ldi::buffer<double>> times;
     std::vector<std::string> order;
     for (int round = 0; round < 9; ++round) {
         ldi::examples::stage_clock clock(true);
@@ -133,7 +133,7 @@ void print_sizes(const Inpainter& inpainter) {
         "|---|---|---|---|\n",
         measured.photo.filename().c_str());
     for (const std::string& stage : order) {
-        std::vector<double>& t = times[stage];
+        ldi::buffer<double>& t = times[stage];
         std::sort(t.begin(), t.end());
         const auto peak = memory.megabytes().find(stage);
         const std::string most = peak == memory.megabytes().end() ? "not known here" : std::to_string(peak->second);

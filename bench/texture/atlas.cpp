@@ -25,7 +25,7 @@ const ldi::photo_layers& scene() {
     return layers;
 }
 
-const std::vector<float>& disparity() { return scene().column<ldi::disparity_column>(); }
+const ldi::buffer<float>& disparity() { return scene().column<ldi::disparity_column>(); }
 
 const ldi::chart_set& charts() {
     static const ldi::chart_set result = ldi::make_charts(scene().topology, disparity());

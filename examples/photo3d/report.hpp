@@ -76,7 +76,7 @@ private:
 
 /// The largest number of pixels at one position.
 inline std::size_t layer_count(const graph& g) {
-    std::vector<std::size_t> count(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+    buffer<std::size_t> count(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
     for (std::size_t i = 0; i < g.size(); ++i)
         ++count[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());

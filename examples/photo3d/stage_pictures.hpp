@@ -76,14 +76,14 @@ inline picture curve_picture(const photo3d& result) {
 }
 
 /// For each pixel of the layered image how many others lie before it.
-inline std::vector<std::size_t> layer_of_pixels(const photo_layers& layers) {
+inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
     const graph& g = layers.topology;
-    std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
     for (std::size_t i = 0; i < g.size(); ++i)
         at[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])].push_back(i);
     const buffer<float>& disparity = layers.column<disparity_column>();
-    std::vector<std::size_t> layer(g.size());
-    for (std::vector<std::size_t>& pixels : at) {
+    buffer<std::size_t> layer(g.size());
+    for (buffer<std::size_t>& pixels : at) {
         std::sort(pixels.begin(), pixels.end(), [&](std::size_t a, std::size_t b) { return disparity[a] > disparity[b]; });
         for (std::size_t k = 0; k < pixels.size(); ++k) layer[pixels[k]] = k;
     }
@@ -92,7 +92,7 @@ inline std::vector<std::size_t> layer_of_pixels(const photo_layers& layers) {
 
 /// One layer, each pixel as `color(pixel)` has it; gray where there is none.
 template <class Color>
-picture layer_picture(const photo_layers& layers, const std::vector<std::size_t>& layer_of, std::size_t layer, Color&& color) {
+picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& layer_of, std::size_t layer, Color&& color) {
     const graph& g = layers.topology;
     picture p =
         image<std::uint8_t>(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width), 3, std::uint8_t{40});
@@ -147,7 +147,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     save("04_disparity_cleaned", gray(result.disparity));
     save("05_curves", curve_picture(result));
 
-    const std::vector<std::size_t> layer_of = layer_of_pixels(result.layers);
+    const buffer<std::size_t> layer_of = layer_of_pixels(result.layers);
     const std::size_t layers = 1 + *std::max_element(layer_of.begin(), layer_of.end());
     const buffer<std::uint8_t>& known = result.layers.column<known_column>();
     for (std::size_t layer = 0; layer < layers; ++layer) {

@@ -11,9 +11,9 @@ TEST_CASE("at first every integer is a set of its own") {
     CHECK(sets.add() == 4);
     REQUIRE(sets.size() == 5);
     for (std::int32_t i = 0; i < 5; ++i) CHECK(sets.find(i) == i);
-    std::vector<std::int32_t> labels;
+    ldi::buffer<std::int32_t> labels;
     CHECK(sets.number(labels) == 5);
-    CHECK(labels == std::vector<std::int32_t>{0, 1, 2, 3, 4});
+    CHECK(labels == ldi::buffer<std::int32_t>{0, 1, 2, 3, 4});
 }
 
 TEST_CASE("merging joins sets under their smallest member, whatever the order") {
@@ -21,7 +21,7 @@ TEST_CASE("merging joins sets under their smallest member, whatever the order") 
     for (int repeat = 0; repeat < 500; ++repeat) {
         const std::int32_t count = 1 + ldi::testing::below(random, 40);
         disjoint_sets sets(static_cast<std::size_t>(count));
-        std::vector<std::int32_t> smallest(static_cast<std::size_t>(count));  // of each member's set, kept the slow way
+        ldi::buffer<std::int32_t> smallest(static_cast<std::size_t>(count));  // of each member's set, kept the slow way
         std::iota(smallest.begin(), smallest.end(), 0);
         for (std::int32_t merges = ldi::testing::below(random, 60); merges > 0; --merges) {
             const std::int32_t a = ldi::testing::below(random, count), b = ldi::testing::below(random, count);
@@ -30,7 +30,7 @@ TEST_CASE("merging joins sets under their smallest member, whatever the order") 
             for (std::int32_t& s : smallest)
                 if (s == of_a || s == of_b) s = std::min(of_a, of_b);
         }
-        std::vector<std::int32_t> labels;
+        ldi::buffer<std::int32_t> labels;
         const std::int32_t sets_left = sets.number(labels);
         std::int32_t next = 0;
         for (std::int32_t i = 0; i < count; ++i) {

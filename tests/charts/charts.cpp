@@ -37,12 +37,12 @@ public:
 private:
     std::size_t index(std::int32_t x, std::int32_t y) const { return at(y - c_.y) * at(c_.width) + at(x - c_.x); }
     const chart& c_;
-    std::vector<std::int32_t> pixels_;
+    buffer<std::int32_t> pixels_;
     bool folds_ = false;
 };
 
 std::size_t connected_count(const graph& g, const chart_set& set, std::int32_t chart_index) {
-    std::vector<std::int32_t> open{set.charts[at(chart_index)].pixels.front()};
+    buffer<std::int32_t> open{set.charts[at(chart_index)].pixels.front()};
     std::set<std::int32_t> seen(open.begin(), open.end());
     while (!open.empty()) {
         const std::int32_t pixel = open.back();
@@ -58,7 +58,7 @@ std::size_t connected_count(const graph& g, const chart_set& set, std::int32_t c
 /// Every pixel is in exactly one chart, charts are flat and connected, their boxes tight and within the cap.
 void check_partition(const graph& g, const chart_set& set, const chart_options& options) {
     REQUIRE(set.chart_of.size() == g.size());
-    std::vector<int> uses(g.size(), 0);
+    buffer<int> uses(g.size(), 0);
     for (std::size_t c = 0; c < set.charts.size(); ++c) {
         const chart& here = set.charts[c];
         REQUIRE(!here.pixels.empty());
@@ -171,7 +171,7 @@ TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
 
 TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
     const graph g = make_grid(100, 70);
-    const std::vector<float> disparity(g.size(), 0.5F);
+    const buffer<float> disparity(g.size(), 0.5F);
     CHECK(make_charts(g, disparity).charts.size() == 1);
     chart_options options;
     options.max_side = std::numeric_limits<std::int32_t>::max();
@@ -203,7 +203,7 @@ TEST_CASE("a surface that winds over itself is cut into flat charts") {
     graph_builder builder(random, 20, 20);
     builder.add_helix(10, 10, 8, 3);
     const graph& g = builder.result();
-    std::vector<float> disparity;
+    buffer<float> disparity;
     for (std::size_t i = 0; i < g.size(); ++i) disparity.push_back(1.0F - 0.3F * static_cast<float>(i / 256));
     const chart_set set = make_charts(g, disparity);
     check_partition(g, set, {});
@@ -219,7 +219,7 @@ TEST_CASE("no pixels make no charts") {
 
 TEST_CASE("options outside their range are refused") {
     const graph g = make_grid(4, 4);
-    const std::vector<float> disparity(g.size(), 0.5F);
+    const buffer<float> disparity(g.size(), 0.5F);
     CHECK_THROWS_AS(make_charts(g, disparity, {15, 4, 0.05F}), error);
     CHECK_THROWS_AS(make_charts(g, disparity, {2048, 0, 0.05F}), error);
     CHECK_THROWS_AS(make_charts(g, disparity, {2048, 9, 0.05F}), error);

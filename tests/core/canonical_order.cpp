@@ -41,20 +41,20 @@ TEST_CASE("scanlines come first, then runs by their first x, then the nearest ru
     g.link(far_second, side::right, far_right);
     g.link(near_first, side::right, near_second);
     g.link(near_first, side::down, below);
-    const std::vector<float> disparity{0.1F, 0.8F, 0.9F, 0.1F, 0.1F, 0.9F};
+    const buffer<float> disparity{0.1F, 0.8F, 0.9F, 0.1F, 0.1F, 0.9F};
     CHECK(canonical_order(g, disparity) ==
-          std::vector<std::int32_t>{near_first, near_second, far_first, far_second, far_right, below});
+          buffer<std::int32_t>{near_first, near_second, far_first, far_second, far_right, below});
 
-    const std::vector<float> swapped{0.9F, 0.8F, 0.1F, 0.9F, 0.9F, 0.1F};
+    const buffer<float> swapped{0.9F, 0.8F, 0.1F, 0.9F, 0.9F, 0.1F};
     CHECK(canonical_order(g, swapped) ==
-          std::vector<std::int32_t>{far_first, far_second, far_right, near_first, near_second, below});
+          buffer<std::int32_t>{far_first, far_second, far_right, near_first, near_second, below});
 }
 
 TEST_CASE("without disparity runs that start at one position keep their order") {
     graph g;
     g.width = 1, g.height = 1;
     for (int i = 0; i < 4; ++i) g.add_pixel(0, 0);
-    CHECK(canonical_order(g) == std::vector<std::int32_t>{0, 1, 2, 3});
+    CHECK(canonical_order(g) == buffer<std::int32_t>{0, 1, 2, 3});
 }
 
 TEST_CASE("an image stands in canonical order") { CHECK_FALSE(validate_canonical(make_grid(9, 5)).has_value()); }
@@ -62,8 +62,8 @@ TEST_CASE("an image stands in canonical order") { CHECK_FALSE(validate_canonical
 TEST_CASE("canonical order is a permutation, and puts the pixels where the definition says") {
     testing::for_random_graphs(3, 1500, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
-        const std::vector<std::int32_t> order = canonical_order(g, layers.disparity);
-        std::vector<std::int32_t> sorted = order;
+        const buffer<std::int32_t> order = canonical_order(g, layers.disparity);
+        buffer<std::int32_t> sorted = order;
         std::sort(sorted.begin(), sorted.end());
         REQUIRE(sorted.size() == g.size());
         for (std::size_t i = 0; i < sorted.size(); ++i) REQUIRE(sorted[i] == static_cast<std::int32_t>(i));
@@ -101,7 +101,7 @@ TEST_CASE("canonical order is idempotent, and the order before does not matter")
 TEST_CASE("reordering keeps every pixel's position and neighbors") {
     testing::for_random_graphs(6, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
-        const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
+        const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const graph moved = ldi::reordered(g, order);
         REQUIRE_FALSE(validate(moved).has_value());
         for (std::size_t i = 0; i < g.size(); ++i) {
@@ -117,7 +117,7 @@ TEST_CASE("reordering keeps every pixel's position and neighbors") {
 }
 
 TEST_CASE("a column is reordered row by row") {
-    const std::vector<int> column{10, 11, 20, 21, 30, 31};
-    const std::vector<std::int32_t> order{2, 0, 1};
-    CHECK(ldi::reordered(column, order, 2) == std::vector<int>{30, 31, 10, 11, 20, 21});
+    const buffer<int> column{10, 11, 20, 21, 30, 31};
+    const buffer<std::int32_t> order{2, 0, 1};
+    CHECK(ldi::reordered(column, order, 2) == buffer<int>{30, 31, 10, 11, 20, 21});
 }

@@ -19,7 +19,7 @@ bool is_kept(const graph& g, std::int32_t pixel) {
 template <class Allowed, class Wanted>
 std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Wanted&& wanted) {
     std::vector<bool> seen(g.size(), false);
-    std::vector<std::int32_t> queue{pixel};
+    buffer<std::int32_t> queue{pixel};
     seen[static_cast<std::size_t>(pixel)] = true;
     for (std::size_t next = 0; next < queue.size(); ++next) {
         if (wanted(queue[next])) return queue[next];
@@ -34,8 +34,8 @@ std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Want
 }
 
 /// The parents as the documentation words them, one exploration a pixel.
-std::vector<std::int32_t> parents_by_exploration(const graph& g, const std::vector<std::int32_t>& kept) {
-    std::vector<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
+buffer<std::int32_t> parents_by_exploration(const graph& g, const buffer<std::int32_t>& kept) {
+    buffer<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
     for (std::size_t i = 0; i < kept.size(); ++i) coarse_index[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
@@ -76,20 +76,20 @@ TEST_CASE("inside a group: the direct way first, up then left before left then u
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
     g.link(right, side::left, first_corner), g.link(below, side::up, second_corner);
     g.link(diagonal, side::up, right), g.link(diagonal, side::left, below);
-    REQUIRE(coarsen(g).kept == std::vector<std::int32_t>{first_corner, second_corner});
-    CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 0, 1, 0});
+    REQUIRE(coarsen(g).kept == buffer<std::int32_t>{first_corner, second_corner});
+    CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 0, 1, 0});
 
     SECTION("without the upper way everything goes by the left one") {
         g.unlink(right, side::left);
-        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 1, 1, 1});
+        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 1, 1, 1});
     }
     SECTION("without the left way everything goes by the upper one") {
         g.unlink(below, side::up);
-        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, 0, 0, 0});
+        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 0, 0, 0});
     }
     SECTION("without either way there is no parent, because nothing else is in reach") {
         g.unlink(below, side::up), g.unlink(right, side::left);
-        CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
+        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
     }
 }
 
@@ -104,8 +104,8 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
     g.link(b, side::left, between_up_and_right), g.link(b, side::up, between_down_and_left);
     g.link(between_down_and_left, side::right, tail), g.link(tail, side::up, longer_tail);
     const coarsened result = coarsen(g);
-    REQUIRE(result.kept == std::vector<std::int32_t>{a, b});
-    CHECK(result.parent == std::vector<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
+    REQUIRE(result.kept == buffer<std::int32_t>{a, b});
+    CHECK(result.parent == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
 
 TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes") {
@@ -130,8 +130,8 @@ TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes
 TEST_CASE("a pixel cut off from its group's corner adopts a parent beside it, or stays without") {
     graph g = make_grid(5, 2);
     g.unlink(3, side::left), g.unlink(3, side::down);
-    CHECK(coarsen(g).parent == std::vector<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
-    CHECK(coarsen(g, orphan_rule::stay).parent == std::vector<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
 TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
@@ -141,9 +141,9 @@ TEST_CASE("several pixels at one even position are all kept, and linked as their
         if (x > 0) g.link(2 + x, side::right, 3 + x);
     }
     const coarsened result = coarsen(g);
-    CHECK(result.kept == std::vector<std::int32_t>{0, 2, 3, 5});
-    CHECK(result.topology.right == std::vector<std::int32_t>{1, no_pixel, 3, no_pixel});
-    CHECK(result.parent == std::vector<std::int32_t>{0, 0, 1, 2, 2, 3});
+    CHECK(result.kept == buffer<std::int32_t>{0, 2, 3, 5});
+    CHECK(result.topology.right == buffer<std::int32_t>{1, no_pixel, 3, no_pixel});
+    CHECK(result.parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
 }
 
 TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
@@ -163,7 +163,7 @@ TEST_CASE("exactly the pixels at even positions are kept, in their order, at hal
     testing::for_random_graphs(51, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
         const coarsened result = coarsen(g);
-        std::vector<std::int32_t> expected;
+        buffer<std::int32_t> expected;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
             if (is_kept(g, i)) expected.push_back(i);
         REQUIRE(result.kept == expected);
@@ -182,7 +182,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
         const coarsened result = coarsen(g);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
             // Try all sixteen paths of two links, and file their ends by the direction they lie in.
-            std::vector<std::int32_t> found(4, no_pixel);
+            buffer<std::int32_t> found(4, no_pixel);
             const std::int32_t from = result.kept[i];
             for (const side first : all_sides)
                 for (const side second : all_sides) {
@@ -232,7 +232,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
 TEST_CASE("coarsening does not depend on the order of pixels") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
-        const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
+        const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const coarsened before = coarsen(g), after = coarsen(ldi::reordered(g, order));
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::int32_t a = after.parent[i], b = before.parent[static_cast<std::size_t>(order[i])];

@@ -15,7 +15,7 @@ components flooded(const graph& g) {
         if (result.label[i] != -1) continue;
         const std::int32_t label = static_cast<std::int32_t>(result.size.size());
         result.size.push_back(0);
-        std::vector<std::int32_t> open{static_cast<std::int32_t>(i)};
+        buffer<std::int32_t> open{static_cast<std::int32_t>(i)};
         result.label[i] = label;
         while (!open.empty()) {
             const std::int32_t at = open.back();
@@ -36,8 +36,8 @@ components flooded(const graph& g) {
 TEST_CASE("nothing has no components, and an image has one") {
     CHECK(connected_components(graph{}).count() == 0);
     const components whole = connected_components(make_grid(5, 4));
-    CHECK(whole.size == std::vector<std::int32_t>{20});
-    CHECK(whole.label == std::vector<std::int32_t>(20, 0));
+    CHECK(whole.size == buffer<std::int32_t>{20});
+    CHECK(whole.label == buffer<std::int32_t>(20, 0));
 }
 
 TEST_CASE("components are numbered by their first pixels") {
@@ -46,24 +46,24 @@ TEST_CASE("components are numbered by their first pixels") {
     g.unlink(2, side::down);
     g.unlink(1, side::down);
     const components found = connected_components(g);
-    CHECK(found.label == std::vector<std::int32_t>{0, 1, 1, 0, 2, 2});
-    CHECK(found.size == std::vector<std::int32_t>{2, 2, 2});
+    CHECK(found.label == buffer<std::int32_t>{0, 1, 1, 0, 2, 2});
+    CHECK(found.size == buffer<std::int32_t>{2, 2, 2});
 }
 
 TEST_CASE("layers at one position are only one component if links join them") {
     graph g = make_grid(2, 1);
     const std::int32_t behind = g.add_pixel(0, 0);
-    CHECK(connected_components(g).label == std::vector<std::int32_t>{0, 0, 1});
+    CHECK(connected_components(g).label == buffer<std::int32_t>{0, 0, 1});
     g.unlink(0, side::right);
     g.link(behind, side::right, 1);
-    CHECK(connected_components(g).label == std::vector<std::int32_t>{0, 1, 1});
+    CHECK(connected_components(g).label == buffer<std::int32_t>{0, 1, 1});
 }
 
 TEST_CASE("a comb whose teeth join only at the bottom is one component") {
     graph g = make_grid(31, 20);
     for (std::int32_t y = 0; y < 19; ++y)
         for (std::int32_t x = 0; x < 30; ++x) g.unlink(y * 31 + x, side::right);
-    CHECK(connected_components(g).size == std::vector<std::int32_t>{31 * 20});
+    CHECK(connected_components(g).size == buffer<std::int32_t>{31 * 20});
 }
 
 TEST_CASE("components are what flooding finds, on any graph in any order") {

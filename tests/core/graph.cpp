@@ -90,7 +90,7 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
         REQUIRE_FALSE(validate(g).has_value());
         if (graphs % 2 == 1) REQUIRE_FALSE(validate_canonical(g, layers.disparity).has_value());
         if (g.size() == 0) ++empty;
-        std::vector<std::size_t> layers_at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+        buffer<std::size_t> layers_at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
         for (std::size_t i = 0; i < g.size(); ++i) {
             most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])]);
             bool linked = false;

@@ -1,16 +1,22 @@
 #include <ldi/core/image.hpp>
 
-#include <xtensor/xview.hpp>
-
 #include <catch2/catch.hpp>
 
+#include <cstdint>
 #include <numeric>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 using namespace ldi;
 
-static_assert(std::is_same_v<decltype(row(std::declval<image<float>&>(), std::size_t{0})), float*>);
-static_assert(std::is_same_v<decltype(row(std::declval<const image<float>&>(), std::size_t{0})), const float*>);
+static_assert(std::is_same_v<decltype(std::declval<image<float>&>().row(0)), float*>);
+static_assert(std::is_same_v<decltype(std::declval<const image<float>&>().row(0)), const float*>);
+static_assert(std::is_convertible_v<image<float>&, image_view<float>>);
+static_assert(std::is_convertible_v<const image<float>&, image_view<const float>>);
+static_assert(std::is_convertible_v<image_view<float>, image_view<const float>>);
+static_assert(!std::is_convertible_v<const image<float>&, image_view<float>>);
+static_assert(!std::is_convertible_v<image_view<const float>, image_view<float>>);
 
 TEST_CASE("an image knows its height, width and channels") {
     const image<float> picture(3, 5, 2);
@@ -41,4 +47,29 @@ TEST_CASE("rows are contiguous, one after the other, channels last") {
             }
     picture.row(std::size_t{2})[0] = -1;
     CHECK(picture(2, 0, 0) == -1);
+}
+
+TEST_CASE("a view reads and writes somebody else's rows, with gaps between them") {
+    std::vector<int> memory(4 * 10, -1);
+    const image_view<int> view(memory.data() + 1, 4, 3, 2, 10);
+    CHECK(view.row_stride() == 10);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 3; ++x)
+            for (int c = 0; c < 2; ++c) view(y, x, c) = 100 * y + 10 * x + c;
+    CHECK(memory[1 + 3 * 10 + 2 * 2 + 1] == 321);
+    CHECK(std::count(memory.begin(), memory.end(), -1) == 4 * 4);
+
+    const image<int> copy{image_view<const int>(view)};
+    REQUIRE(same_shape(copy, view));
+    CHECK(copy.row_stride() == 6);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 3; ++x)
+            for (int c = 0; c < 2; ++c) CHECK(copy(y, x, c) == 100 * y + 10 * x + c);
+}
+
+TEST_CASE("a moved-from image has no values") {
+    image<float> from(2, 3, 1, 1.5F);
+    const image<float> to = std::move(from);
+    CHECK(to == image<float>(2, 3, 1, 1.5F));
+    CHECK((from.height() == 0 && from.width() == 0 && from.size() == 0));  // NOLINT: that it may be looked at is what is tested
 }

@@ -37,9 +37,9 @@ static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_cons
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
 static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not turn into a layered image unasked");
-static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), std::vector<std::uint8_t>&>);
+static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), buffer<std::uint8_t>&>);
 static_assert(
-    std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const std::vector<float>&>);
+    std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const buffer<float>&>);
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 }  // namespace
@@ -47,9 +47,9 @@ static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<nor
 TEST_CASE("columns are as long as the graph, and zero at first") {
     const users_layers layers(make_grid(4, 3));
     REQUIRE(layers.size() == 12);
-    CHECK(layers.column<normal_column>() == std::vector<double>(36, 0.0));
-    CHECK(layers.column<disparity_column>() == std::vector<float>(12, 0.0F));
-    CHECK(layers.column<name_column>() == std::vector<std::string>(12));
+    CHECK(layers.column<normal_column>() == buffer<double>(36, 0.0));
+    CHECK(layers.column<disparity_column>() == buffer<float>(12, 0.0F));
+    CHECK(layers.column<name_column>() == buffer<std::string>(12));
     CHECK(users_layers().size() == 0);
 }
 
@@ -72,7 +72,7 @@ TEST_CASE("new pixels get rows of zeros, and the old rows stay") {
     layers.at<normal_column>(1)[2] = 3.0;
     layers.topology.add_pixel(0, 0);
     layers.resize_columns(layers.topology.size());
-    CHECK(layers.column<normal_column>() == std::vector<double>{0, 0, 0, 0, 0, 3, 0, 0, 0});
+    CHECK(layers.column<normal_column>() == buffer<double>{0, 0, 0, 0, 0, 3, 0, 0, 0});
     CHECK(layers.column<name_column>().size() == 3);
 }
 
@@ -86,7 +86,7 @@ TEST_CASE("the user's payload travels with its pixel when the order changes") {
         layers.column<disparity_column>() = random_layers.disparity;
 
         const users_layers before = layers;
-        const std::vector<std::int32_t> order = testing::random_permutation(random, layers.size());
+        const buffer<std::int32_t> order = testing::random_permutation(random, layers.size());
         layers.reorder(order);
         REQUIRE(testing::same_graph(layers.topology, ldi::reordered(before.topology, order)));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
@@ -102,8 +102,8 @@ TEST_CASE("of the pixels that are kept the links and rows stay, in their order, 
     testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
         users_layers before(random_layers.topology);
         before.column<disparity_column>() = random_layers.disparity;
-        std::vector<std::uint8_t> kept(before.size());
-        std::vector<std::int32_t> now(before.size(), no_pixel);
+        buffer<std::uint8_t> kept(before.size());
+        buffer<std::int32_t> now(before.size(), no_pixel);
         std::int32_t count = 0;
         for (std::size_t i = 0; i < kept.size(); ++i)
             if ((kept[i] = testing::chance(random, 60) ? 7 : 0) != 0) now[i] = count++;

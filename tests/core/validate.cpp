@@ -40,7 +40,7 @@ TEST_CASE("a column of another length is detected") {
     for (int column = 0; column < 6; ++column)
         for (const int change : {-1, 1}) {
             graph g = make_grid(4, 3);
-            std::vector<std::int32_t>* columns[] = {&g.x, &g.y, &g.up, &g.down, &g.left, &g.right};
+            buffer<std::int32_t>* columns[] = {&g.x, &g.y, &g.up, &g.down, &g.left, &g.right};
             columns[column]->resize(static_cast<std::size_t>(12 + change), no_pixel);
             const std::optional<violation> found = validate(g);
             REQUIRE(found.has_value());
@@ -117,7 +117,7 @@ TEST_CASE("a mutual link between pixels that are not side by side is detected") 
 
 TEST_CASE("pixels out of canonical order are detected where they stand") {
     graph g = make_grid(4, 4);
-    std::vector<std::int32_t> order = canonical_order(g);
+    buffer<std::int32_t> order = canonical_order(g);
     std::swap(order[6], order[9]);
     const graph swapped = ldi::reordered(g, order);
     CHECK_FALSE(validate(swapped).has_value());

@@ -10,7 +10,7 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-using window = std::vector<std::int32_t>;
+using window = buffer<std::int32_t>;
 constexpr std::int32_t none = no_pixel;
 
 window window_of(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
@@ -138,7 +138,7 @@ TEST_CASE("round the end of a silhouette a window stays on its turn until anothe
     // Four pixels a turn round the lattice point (1, 1); from the top left pixel of a turn right leads to the next turn.
     graph g;
     g.width = g.height = 2;
-    std::vector<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
+    buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
     for (std::size_t turn = 0; turn < 3; ++turn) {
         a.push_back(g.add_pixel(0, 0)), b.push_back(g.add_pixel(1, 0));
         c.push_back(g.add_pixel(0, 1)), d.push_back(g.add_pixel(1, 1));
@@ -192,7 +192,7 @@ TEST_CASE("every element of a window lies where the kernel says, and joins the c
 TEST_CASE("a window does not depend on the order of pixels") {
     testing::for_random_graphs(22, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
-        const std::vector<std::int32_t> order = testing::random_permutation(random, g.size());
+        const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const graph moved = ldi::reordered(g, order);
         for (std::int32_t repeat = 0; repeat < 10 && g.size() > 0; ++repeat) {
             const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));

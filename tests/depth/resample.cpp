@@ -9,9 +9,9 @@ namespace {
 
 // A disc in front of a background, of another color; `blur` samples wide depth edge, displaced by `shift` pixels of the photo.
 struct disc_scene {
-    ldi::image<std::uint8_t> photo(160, 200, 3);
-    ldi::image<float> truth(160, 200);
-    ldi::image<float> map(40, 50);
+    ldi::image<std::uint8_t> photo{160, 200, 3};
+    ldi::image<float> truth{160, 200};
+    ldi::image<float> map{40, 50};
 
     explicit disc_scene(float shift) {
         std::mt19937 random(4);

@@ -12,7 +12,7 @@ namespace {
 
 // The paper's words, one pixel at a time: sort the samples by value, take the one whose sums of preceding and following weights
 // are closest to being equal. Returns every sample that is within rounding of the best.
-std::vector<float> best_samples(const ldi::image<float>& map, int y, int x, const ldi::weighted_median_options& options) {
+ldi::buffer<float> best_samples(const ldi::image<float>& map, int y, int x, const ldi::weighted_median_options& options) {
     const int rows = static_cast<int>(map.height()), columns = static_cast<int>(map.width());
     const auto at = [&](int v, int u) { return map(v, u, 0); };
     std::vector<std::pair<float, double>> samples;
@@ -35,7 +35,7 @@ std::vector<float> best_samples(const ldi::image<float>& map, int y, int x, cons
         best = std::min(best, imbalances.back().first);
         preceding += weight;
     }
-    std::vector<float> values;
+    ldi::buffer<float> values;
     for (const auto& [imbalance, value] : imbalances)
         if (imbalance <= best + 0.01) values.push_back(value);
     return values;
@@ -67,7 +67,7 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
         const ldi::image<float> filtered = ldi::weighted_median(map, options);
         for (int y = 0; y < static_cast<int>(rows); ++y)
             for (int x = 0; x < static_cast<int>(columns); ++x) {
-                const std::vector<float> best = best_samples(map, y, x, options);
+                const ldi::buffer<float> best = best_samples(map, y, x, options);
                 INFO("round " << round << ", pixel " << x << ", " << y);
                 REQUIRE(std::find(best.begin(), best.end(), filtered(y, x, 0)) != best.end());
             }

@@ -67,7 +67,7 @@ TEST_CASE("the small network reads as it was written") {
     CHECK_FALSE(first.depthwise);
     CHECK(first.weights.size() == 8 * 9 * 3);
     CHECK(first.weight_quantization == ldi::quantization{0.01F, 127});
-    CHECK(first.bias == std::vector<std::int32_t>{-100, -60, -20, 20, 60, 100, 140, 180});
+    CHECK(first.bias == ldi::buffer<std::int32_t>{-100, -60, -20, 20, 60, 100, 140, 180});
     const auto& half = std::get<ldi::convolution_description>(network.operators[1].kind);
     CHECK(half.depthwise);
     CHECK(half.stride == 2);
@@ -150,7 +150,7 @@ TEST_CASE("no damage to the files does worse than an error") {
     std::mt19937 random(1);
     int refused = 0, accepted = 0;
     for (int i = 0; i < 6000; ++i) {
-        std::vector<std::uint8_t> edits(4 * (1 + random() % 3));
+        ldi::buffer<std::uint8_t> edits(4 * (1 + random() % 3));
         for (std::uint8_t& value : edits) value = static_cast<std::uint8_t>(random() >> 24);
         const bool is_refused = !error_of(ldi_test::damaged(sound, edits.data(), edits.size())).empty();
         ++(is_refused ? refused : accepted);

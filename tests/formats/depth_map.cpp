@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 #include <bit>
 #include <cstring>

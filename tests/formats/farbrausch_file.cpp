@@ -1,6 +1,6 @@
 #include <ldi/formats/farbrausch_file.hpp>
 
-#include "tests/io/support.hpp"
+#include "tests/formats/support.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -29,8 +29,8 @@ using Catch::Contains;
 
 TEST_CASE("an exported network loads with the architecture that its metadata tell") {
     const farbrausch network = load_farbrausch(weights);
-    CHECK(network.architecture().channels == std::vector<std::size_t>{6, 8, 10, 12, 14});
-    CHECK(network.architecture().kernels == std::vector<std::int32_t>{7, 5, 5, 3, 3});
+    CHECK(network.architecture().channels == buffer<std::size_t>{6, 8, 10, 12, 14});
+    CHECK(network.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});
     CHECK(network.architecture().growth == 4);
     CHECK(network.architecture().leak == 0.2F);
 }

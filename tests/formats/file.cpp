@@ -1,7 +1,7 @@
 #include <ldi/formats/file.hpp>
 
 #include <catch2/catch.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 using namespace ldi;
 using namespace ldi::test;

@@ -3,7 +3,7 @@
 #include <ldi/formats/picture.hpp>
 
 #include <catch2/catch.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 #include <cstdlib>
 
@@ -59,9 +59,9 @@ std::vector<std::byte> view_bytes(const tinygltf::Model& model, int view) {
 }
 
 template <class Scalar>
-std::vector<Scalar> accessor_values(const tinygltf::Model& model, int accessor) {
+buffer<Scalar> accessor_values(const tinygltf::Model& model, int accessor) {
     const std::vector<std::byte> bytes = view_bytes(model, model.accessors.at(static_cast<std::size_t>(accessor)).bufferView);
-    std::vector<Scalar> values(bytes.size() / sizeof(Scalar));
+    buffer<Scalar> values(bytes.size() / sizeof(Scalar));
     std::memcpy(values.data(), bytes.data(), values.size() * sizeof(Scalar));
     return values;
 }
@@ -76,9 +76,9 @@ TEST_CASE("a GLB file holds the mesh, the texture byte for byte, and the camera"
 
     const tinygltf::Primitive& primitive = model.meshes.at(0).primitives.at(0);
     CHECK(accessor_values<float>(model, primitive.attributes.at("POSITION")) == mesh.positions);
-    const std::vector<std::uint16_t> indices = accessor_values<std::uint16_t>(model, primitive.indices);
-    CHECK(std::vector<std::uint32_t>(indices.begin(), indices.end()) == mesh.triangles);
-    const std::vector<std::uint16_t> uv = accessor_values<std::uint16_t>(model, primitive.attributes.at("TEXCOORD_0"));
+    const buffer<std::uint16_t> indices = accessor_values<std::uint16_t>(model, primitive.indices);
+    CHECK(buffer<std::uint32_t>(indices.begin(), indices.end()) == mesh.triangles);
+    const buffer<std::uint16_t> uv = accessor_values<std::uint16_t>(model, primitive.attributes.at("TEXCOORD_0"));
     REQUIRE(uv.size() == mesh.texture_coordinates.size());
     for (std::size_t i = 0; i < uv.size(); ++i)
         CHECK(std::abs(static_cast<double>(uv[i]) / 65535 - static_cast<double>(mesh.texture_coordinates[i])) <= 0.503 / 65535);
@@ -113,7 +113,7 @@ TEST_CASE("indices have 16 bits below 65,536 vertices and 32 bits from there") {
         const int indices = model.meshes.at(0).primitives.at(0).indices;
         if (rows == 255) {
             CHECK(model.accessors.at(static_cast<std::size_t>(indices)).componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
-            const std::vector<std::uint16_t> values = accessor_values<std::uint16_t>(model, indices);
+            const buffer<std::uint16_t> values = accessor_values<std::uint16_t>(model, indices);
             CHECK(std::equal(values.begin(), values.end(), mesh.triangles.begin(), mesh.triangles.end()));
         } else {
             CHECK(model.accessors.at(static_cast<std::size_t>(indices)).componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);

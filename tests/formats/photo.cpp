@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <ldi/formats/picture.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 #include <array>
 

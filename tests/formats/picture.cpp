@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/photo.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 using namespace ldi;
 using namespace ldi::test;

@@ -1,6 +1,6 @@
 #include <ldi/formats/safetensors.hpp>
 
-#include "tests/io/support.hpp"
+#include "tests/formats/support.hpp"
 #include "tests/support/safetensors_file.hpp"
 
 #include <catch2/catch.hpp>
@@ -41,12 +41,12 @@ TEST_CASE("tensors of every type come with shape, values and metadata") {
         data);
     CHECK(file.metadata.at("name") == "test");
     CHECK(file.tensors.size() == 6);
-    CHECK(tensor_values<float>(file, "f32", {2, 3}) == std::vector<float>{1.5F, -2.0F, 0.25F, 3.0F, 4.0F, 5.0F});
-    CHECK(tensor_values<float>(file, "f16", {4}) == std::vector<float>{1.0F, -2.0F, 0x1p-24F, 65504.0F});
-    CHECK(tensor_values<float>(file, "bf16", {2}) == std::vector<float>{1.0F, -3.0F});
-    CHECK(tensor_values<std::int32_t>(file, "i32", {}) == std::vector<std::int32_t>{-7});
-    CHECK(tensor_values<std::int8_t>(file, "i8", {2, 1}) == std::vector<std::int8_t>{-128, 127});
-    CHECK(tensor_values<std::uint8_t>(file, "u8", {2}) == std::vector<std::uint8_t>{0, 255});
+    CHECK(tensor_values<float>(file, "f32", {2, 3}) == buffer<float>{1.5F, -2.0F, 0.25F, 3.0F, 4.0F, 5.0F});
+    CHECK(tensor_values<float>(file, "f16", {4}) == buffer<float>{1.0F, -2.0F, 0x1p-24F, 65504.0F});
+    CHECK(tensor_values<float>(file, "bf16", {2}) == buffer<float>{1.0F, -3.0F});
+    CHECK(tensor_values<std::int32_t>(file, "i32", {}) == buffer<std::int32_t>{-7});
+    CHECK(tensor_values<std::int8_t>(file, "i8", {2, 1}) == buffer<std::int8_t>{-128, 127});
+    CHECK(tensor_values<std::uint8_t>(file, "u8", {2}) == buffer<std::uint8_t>{0, 255});
 }
 
 TEST_CASE("every half-precision number is read as what it is") {

@@ -1,7 +1,7 @@
 #include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/formats/tiefenrausch_file.hpp>
 
-#include "tests/io/support.hpp"
+#include "tests/formats/support.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -25,8 +25,8 @@ const std::filesystem::path files = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 named_tensors weights() { return load_safetensors(files / "tiefenrausch_weights.safetensors"); }
 
 template <class Scalar>
-std::vector<Scalar>& values(named_tensors& file, const std::string& name) {
-    return std::get<std::vector<Scalar>>(file.tensors.at(name).values);
+ldi::buffer<Scalar>& values(named_tensors& file, const std::string& name) {
+    return std::get<ldi::buffer<Scalar>>(file.tensors.at(name).values);
 }
 
 /// What is said of the weights after `change`.
@@ -41,7 +41,7 @@ std::string complaint(Change&& change) {
 
 TEST_CASE("a student computes bit for bit what its exporter computed in exact integers") {
     const named_tensors example = load_safetensors(files / "tiefenrausch_example.safetensors");
-    const std::vector<std::size_t>& shape = example.tensors.at("photo").shape;
+    const buffer<std::size_t>& shape = example.tensors.at("photo").shape;
     image<std::uint8_t> photo(shape[0], shape[1], 3);
     const auto& pixels = tensor_values<std::uint8_t>(example, "photo", shape);
     std::copy(pixels.begin(), pixels.end(), photo.data());

@@ -1,6 +1,6 @@
 // libFuzzer: any bytes are a photo or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
 #include <ldi/formats/photo.hpp>
-#include <tests/io/support.hpp>
+#include <tests/formats/support.hpp>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);

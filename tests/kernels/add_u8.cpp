@@ -14,9 +14,9 @@ ldi::quantized_addition any_addition(ldi_test::random_bytes& random) {
     return ldi::make_quantized_addition(any(), any(), any());
 }
 
-std::vector<std::uint8_t> definition(const ldi::quantized_addition& sum, const std::vector<std::uint8_t>& a,
-                                     const std::vector<std::uint8_t>& b) {
-    std::vector<std::uint8_t> result;
+ldi::buffer<std::uint8_t> definition(const ldi::quantized_addition& sum, const ldi::buffer<std::uint8_t>& a,
+                                     const ldi::buffer<std::uint8_t>& b) {
+    ldi::buffer<std::uint8_t> result;
     for (std::size_t i = 0; i < a.size(); ++i) result.push_back(ldi::add_quantized(a[i], b[i], sum));
     return result;
 }
@@ -30,8 +30,8 @@ TEST_CASE("add_u8 adds value by value on every instruction set, for any count") 
         for (ldi::isa set : ldi_test::available_isas()) {
             const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
             for (std::size_t count : {0U, 1U, 31U, 32U, 33U, 63U, 64U, 65U, 200U}) {
-                const std::vector<std::uint8_t> a = random.bytes(count), b = random.bytes(count);
-                std::vector<std::uint8_t> expected = definition(exact, a, b), found(count + 1, 77);
+                const ldi::buffer<std::uint8_t> a = random.bytes(count), b = random.bytes(count);
+                ldi::buffer<std::uint8_t> expected = definition(exact, a, b), found(count + 1, 77);
                 expected.push_back(77);  // nothing is written behind the result
                 ldi::add_u8(sum, a.data(), b.data(), count, found.data());
                 CHECK(found == expected);
@@ -49,11 +49,11 @@ TEST_CASE("on every instruction set all 65536 pairs have the sum of the integer 
             const ldi::quantized_addition exact = any_addition(random);
             const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
             integer_forms += sum.target != ldi::without_tiles(set);
-            std::vector<std::uint8_t> b(256);
+            ldi::buffer<std::uint8_t> b(256);
             for (std::size_t i = 0; i < 256; ++i) b[i] = static_cast<std::uint8_t>(i);
             for (std::size_t value = 0; value < 256; ++value) {
-                const std::vector<std::uint8_t> a(256, static_cast<std::uint8_t>(value));
-                std::vector<std::uint8_t> found(256);
+                const ldi::buffer<std::uint8_t> a(256, static_cast<std::uint8_t>(value));
+                ldi::buffer<std::uint8_t> found(256);
                 ldi::add_u8(sum, a.data(), b.data(), 256, found.data());
                 broken += found != definition(exact, a, b);
             }
@@ -68,8 +68,8 @@ TEST_CASE("the result may take the place of either input") {
     const ldi::quantized_addition exact = any_addition(random);
     for (ldi::isa set : ldi_test::available_isas()) {
         const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
-        const std::vector<std::uint8_t> a = random.bytes(150), b = random.bytes(150), expected = definition(exact, a, b);
-        std::vector<std::uint8_t> first = a, second = b;
+        const ldi::buffer<std::uint8_t> a = random.bytes(150), b = random.bytes(150), expected = definition(exact, a, b);
+        ldi::buffer<std::uint8_t> first = a, second = b;
         ldi::add_u8(sum, first.data(), b.data(), 150, first.data());
         ldi::add_u8(sum, a.data(), second.data(), 150, second.data());
         CHECK(first == expected);

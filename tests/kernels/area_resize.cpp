@@ -10,22 +10,22 @@
 
 namespace {
 
-std::vector<std::uint8_t> resized(const std::vector<std::uint8_t>& image, std::size_t height, std::size_t width,
+ldi::buffer<std::uint8_t> resized(const ldi::buffer<std::uint8_t>& image, std::size_t height, std::size_t width,
                                   std::size_t new_height, std::size_t new_width) {
     const std::size_t channels = image.size() / (height * width);
     const ldi::area_weights horizontal = ldi::make_area_weights(width, new_width),
                             vertical = ldi::make_area_weights(height, new_height);
-    std::vector<std::uint8_t> result(new_height * new_width * channels);
-    std::vector<float> sums;
+    ldi::buffer<std::uint8_t> result(new_height * new_width * channels);
+    ldi::buffer<float> sums;
     for (std::size_t y = 0; y < new_height; ++y)
         ldi::area_resize_row(horizontal, vertical, y, image.data(), width, channels, sums,
                              result.data() + y * new_width * channels);
     return result;
 }
 
-std::vector<std::uint8_t> noise(std::size_t count) {
+ldi::buffer<std::uint8_t> noise(std::size_t count) {
     std::mt19937 random(5);
-    std::vector<std::uint8_t> result(count);
+    ldi::buffer<std::uint8_t> result(count);
     for (std::uint8_t& value : result) value = static_cast<std::uint8_t>(random() >> 24);
     return result;
 }
@@ -37,7 +37,7 @@ TEST_CASE("the weights of every pixel add up to one and cover neighboring stretc
         for (std::size_t result : {1U, 2U, 3U, 32U, 288U, 384U, 1000U}) {
             const ldi::area_weights made = ldi::make_area_weights(source, result);
             REQUIRE(made.covers.size() == result);
-            std::vector<double> shares(source);
+            ldi::buffer<double> shares(source);
             double worst = 0;
             for (const auto& cover : made.covers) {
                 double sum = 0;
@@ -56,15 +56,15 @@ TEST_CASE("the weights of every pixel add up to one and cover neighboring stretc
 }
 
 TEST_CASE("at its own size an image stays as it is, and a flat one stays flat at any size") {
-    const std::vector<std::uint8_t> image = noise(17 * 11 * 3);
+    const ldi::buffer<std::uint8_t> image = noise(17 * 11 * 3);
     CHECK(resized(image, 17, 11, 17, 11) == image);
     for (std::uint8_t value : {std::uint8_t{0}, std::uint8_t{93}, std::uint8_t{255}})
-        CHECK(resized(std::vector<std::uint8_t>(17 * 11, value), 17, 11, 32, 7) == std::vector<std::uint8_t>(32 * 7, value));
+        CHECK(resized(ldi::buffer<std::uint8_t>(17 * 11, value), 17, 11, 32, 7) == ldi::buffer<std::uint8_t>(32 * 7, value));
 }
 
 TEST_CASE("every pixel is the mean of the area that it covers, up to rounding") {
     const std::size_t height = 37, width = 53, new_height = 12, new_width = 64;
-    const std::vector<std::uint8_t> image = noise(height * width), found = resized(image, height, width, new_height, new_width);
+    const ldi::buffer<std::uint8_t> image = noise(height * width), found = resized(image, height, width, new_height, new_width);
     double worst = 0;
     for (std::size_t y = 0; y < new_height; ++y)
         for (std::size_t x = 0; x < new_width; ++x) {
@@ -88,11 +88,11 @@ TEST_CASE("every pixel is the mean of the area that it covers, up to rounding") 
 }
 
 TEST_CASE("sums have the same bits whether or not the machine has fused multiply-add") {
-    const std::vector<std::uint8_t> image = noise(61 * 47 * 3);
+    const ldi::buffer<std::uint8_t> image = noise(61 * 47 * 3);
     const ldi::area_weights horizontal = ldi::make_area_weights(47, 30), vertical = ldi::make_area_weights(61, 19);
     std::uint32_t checksum = 0;
     for (const ldi::area_weights::cover& rows : vertical.covers) {
-        std::vector<float> sums(30 * 3);
+        ldi::buffer<float> sums(30 * 3);
         for (std::size_t i = 0; i < rows.count; ++i)
             ldi::add_area_row(horizontal, image.data() + (rows.first + i) * 47 * 3, 3, vertical.weights[rows.weight + i],
                               sums.data());
@@ -106,7 +106,7 @@ TEST_CASE("sums have the same bits whether or not the machine has fused multiply
 }
 
 TEST_CASE("halves are rounded to the even neighbor") {
-    CHECK(resized({0, 1}, 1, 2, 1, 1) == std::vector<std::uint8_t>{0});
-    CHECK(resized({1, 2}, 1, 2, 1, 1) == std::vector<std::uint8_t>{2});
-    CHECK(resized({254, 255}, 2, 1, 1, 1) == std::vector<std::uint8_t>{254});
+    CHECK(resized({0, 1}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{0});
+    CHECK(resized({1, 2}, 1, 2, 1, 1) == ldi::buffer<std::uint8_t>{2});
+    CHECK(resized({254, 255}, 2, 1, 1, 1) == ldi::buffer<std::uint8_t>{254});
 }

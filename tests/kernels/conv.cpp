@@ -15,7 +15,7 @@
 namespace {
 
 constexpr float untouched = 776.0F;
-using floats = std::vector<float>;
+using floats = ldi::buffer<float>;
 
 template <class Value>
 Value rounded_to(float value) {
@@ -170,8 +170,8 @@ namespace {
 
 struct byte_convolution {
     std::size_t rows, inputs, outputs, pixels, stride;
-    std::vector<std::int8_t> weights;
-    std::vector<std::uint8_t> zero_points, input;
+    ldi::buffer<std::int8_t> weights;
+    ldi::buffer<std::uint8_t> zero_points, input;
     floats scales, bias, ratios;
     float slope;
     std::uint8_t result_zero_point;

@@ -14,24 +14,24 @@ struct convolution {
     std::size_t channels, width, repeat, stride;
     int missing_row;
     int weight_zero, input_zero;
-    std::vector<std::uint8_t> weights, image;
-    std::vector<std::int32_t> bias;
+    ldi::buffer<std::uint8_t> weights, image;
+    ldi::buffer<std::int32_t> bias;
     ldi::requantization output;
 
     ldi::depthwise_u8_weights pack(ldi::isa set) const {
         return ldi::pack_depthwise_u8(set, weights, static_cast<std::uint8_t>(weight_zero), bias, stride,
                                       static_cast<std::uint8_t>(input_zero), output);
     }
-    std::vector<std::uint8_t> compute(const ldi::depthwise_u8_weights& packed) const {
+    ldi::buffer<std::uint8_t> compute(const ldi::depthwise_u8_weights& packed) const {
         const std::uint8_t* rows[3];
         for (int i = 0; i < 3; ++i)
             rows[i] = i == missing_row ? nullptr : image.data() + static_cast<std::size_t>(i) * width * channels;
-        std::vector<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched);
+        ldi::buffer<std::uint8_t> result(ldi::depthwise_result_width(packed, width, repeat) * channels + 1, untouched);
         ldi::depthwise_u8(packed, rows, width, repeat, result.data());
         return result;
     }
-    std::vector<std::uint8_t> definition() const {
-        std::vector<std::uint8_t> result;
+    ldi::buffer<std::uint8_t> definition() const {
+        ldi::buffer<std::uint8_t> result;
         for (std::size_t x = 0; x < width * repeat; x += stride)
             for (std::size_t c = 0; c < channels; ++c) {
                 int sum = bias[c];
@@ -83,7 +83,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
         const std::size_t repeat = random.in(0, 2) == 0 ? random.size_in(1, 4) : 1;
         convolution c = any_convolution(random, channels, width, repeat, random.size_in(1, 2), random.in(-1, 3));
         if (round % 20 == 0) c.weight_zero = random.in(0, 255);
-        const std::vector<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
             const ldi::depthwise_u8_weights packed = c.pack(set);
             packed_as_asked += packed.target == ldi::without_tiles(set);
@@ -103,7 +103,7 @@ TEST_CASE("depthwise_u8 gives the same bits where weights and inputs are as larg
         c.output = ldi::make_requantization(0.0004F, 128);
         for (std::uint8_t& weight : c.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
         for (std::uint8_t& value : c.image) value = random.in(0, 5) == 0 ? random.byte() : 255;
-        const std::vector<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
         for (ldi::isa set : ldi_test::available_isas()) broken += c.compute(c.pack(set)) != expected;
     }
     CHECK(broken == 0);

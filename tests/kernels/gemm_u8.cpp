@@ -14,8 +14,8 @@ constexpr std::uint8_t untouched = 77;
 struct product {
     std::size_t segments, inputs, outputs, pixels, stride;
     int weight_zero, input_zero;
-    std::vector<std::uint8_t> weights, input;  // each segment: pixels x stride bytes and what may be read behind them
-    std::vector<std::int32_t> bias;
+    ldi::buffer<std::uint8_t> weights, input;  // each segment: pixels x stride bytes and what may be read behind them
+    ldi::buffer<std::int32_t> bias;
     ldi::requantization output;
 
     std::size_t segment_bytes() const { return (pixels == 0 ? 0 : (pixels - 1) * stride + inputs) + 3; }
@@ -28,13 +28,13 @@ struct product {
         return ldi::pack_gemm_u8(set, weights, static_cast<std::uint8_t>(weight_zero), bias, segments,
                                  static_cast<std::uint8_t>(input_zero), output);
     }
-    std::vector<std::uint8_t> compute(const ldi::gemm_u8_weights& packed) const {
-        std::vector<std::uint8_t> result(pixels * outputs + 1, untouched);
+    ldi::buffer<std::uint8_t> compute(const ldi::gemm_u8_weights& packed) const {
+        ldi::buffer<std::uint8_t> result(pixels * outputs + 1, untouched);
         ldi::gemm_u8(packed, starts().data(), stride, pixels, result.data());
         return result;
     }
-    std::vector<std::uint8_t> definition() const {
-        std::vector<std::uint8_t> result;
+    ldi::buffer<std::uint8_t> definition() const {
+        ldi::buffer<std::uint8_t> result;
         for (std::size_t p = 0; p < pixels; ++p)
             for (std::size_t o = 0; o < outputs; ++o) {
                 int sum = bias[o];
@@ -80,7 +80,7 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
         product p =
             any_product(random, random.size_in(1, 3), random.size_in(1, 70), random.size_in(1, 90), random.size_in(0, 30));
         p.weight_zero = random.in(127, 128);
-        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) {
             const ldi::gemm_u8_weights packed = p.pack(set);
             packed_as_asked += packed.target == (p.outputs == 1 ? ldi::without_tiles(set) : set);
@@ -98,7 +98,7 @@ TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of
     for (std::size_t inputs = 1; inputs < 200; ++inputs) {
         product p = any_product(random, random.size_in(1, 3), inputs, 1, random.size_in(1, 40));
         p.weight_zero = random.in(127, 128);
-        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : sets) broken += p.compute(p.pack(set)) != expected;
     }
     CHECK(broken == 0);
@@ -110,7 +110,7 @@ TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
         const std::size_t inputs = round % 2 == 0 ? 16 * random.size_in(1, 8) : random.size_in(2, 100);
         product p = any_product(random, random.size_in(1, 3), inputs, random.size_in(2, 9), random.size_in(100, 1100));
         if (round % 4 >= 2) p.stride = random.size_in(1, static_cast<int>(inputs));
-        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : ldi_test::available_isas()) CHECK((p.compute(p.pack(set)) == expected));
     }
 }
@@ -138,14 +138,14 @@ TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantiza
     for (int round = 0; round < 60; ++round) {
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
         const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
-        std::vector<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);  // without the ends of their range
+        ldi::buffer<std::int32_t> sums = ldi::detail::requantization_checkpoints(r);  // without the ends of their range
         sums.erase(sums.begin(), sums.begin() + 2);
-        std::vector<std::uint8_t> expected;
+        ldi::buffer<std::uint8_t> expected;
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
-        const std::vector<std::uint8_t> weights(sums.size(), 128), input(4);  // the bias is all there is
+        const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // the bias is all there is
         const std::uint8_t* const start = input.data();
         for (ldi::isa set : ldi_test::available_isas()) {
-            std::vector<std::uint8_t> found(sums.size());
+            ldi::buffer<std::uint8_t> found(sums.size());
             ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, sums, 1, 0, r), &start, 1, 1, found.data());
             CHECK(found == expected);
         }
@@ -154,9 +154,9 @@ TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantiza
 
 TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
     const std::size_t inputs = 16000;  // 510 * 255 * 16000 < 2^31
-    const std::vector<std::uint8_t> weights(inputs, 0), input(inputs + 3, 0);
+    const ldi::buffer<std::uint8_t> weights(inputs, 0), input(inputs + 3, 0);
     const std::uint8_t* const start = input.data();
-    const std::vector<std::int32_t> bias{60000000};
+    const ldi::buffer<std::int32_t> bias{60000000};
     const ldi::requantization r = ldi::make_requantization(0x1p-24F, 0);
     for (ldi::isa set : ldi_test::available_isas()) {
         std::uint8_t found = 0;
@@ -169,11 +169,11 @@ TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
 TEST_CASE("no instruction set saturates between the largest products") {
     for (ldi::isa set : ldi_test::available_isas())
         for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
-            const std::vector<std::uint8_t> weights(64, weight), input(67, 255);
+            const ldi::buffer<std::uint8_t> weights(64, weight), input(67, 255);
             const std::uint8_t* const start = input.data();
             const ldi::requantization r = ldi::make_requantization(0x1.6p-15F, 128);
             std::uint8_t found = 0;
-            ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, std::vector<std::int32_t>{0}, 1, 0, r), &start, 64, 1, &found);
+            ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, ldi::buffer<std::int32_t>{0}, 1, 0, r), &start, 64, 1, &found);
             CHECK(found == ldi::requantize(64 * 255 * (weight - 128), r));
         }
 }
@@ -187,7 +187,7 @@ TEST_CASE("gemm_u8 gives the same bits where weights and inputs are as large as 
         p.output = ldi::make_requantization(0.0004F, 128);
         for (std::uint8_t& weight : p.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
         for (std::uint8_t& value : p.input) value = random.in(0, 5) == 0 ? random.byte() : 255;
-        const std::vector<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
+        const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
         for (ldi::isa set : ldi_test::available_isas()) broken += p.compute(p.pack(set)) != expected;
     }
     CHECK(broken == 0);

@@ -28,15 +28,15 @@ struct product {
     shape size;
     std::size_t stride;
     ldi::gemm_u8_weights reference, tiled;
-    std::vector<std::vector<std::uint8_t>> input;  // by segment
+    ldi::buffer<ldi::buffer<std::uint8_t>> input;  // by segment
     std::vector<const std::uint8_t*> starts;
 
     product(ldi_test::random_bytes& random, const shape& s) : size(s), stride(s.inputs + random.size_in(0, 5)) {
         const auto weight_zero = static_cast<std::uint8_t>(random.in(127, 128)), input_zero = random.byte();
         const ldi::requantization output =
             ldi::make_requantization(0.0021F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
-        const std::vector<std::uint8_t> weights = random.bytes(s.outputs * s.segments * s.inputs);
-        const std::vector<std::int32_t> bias = random.integers(s.outputs, -20000, 20000);
+        const ldi::buffer<std::uint8_t> weights = random.bytes(s.outputs * s.segments * s.inputs);
+        const ldi::buffer<std::int32_t> bias = random.integers(s.outputs, -20000, 20000);
         reference = ldi::pack_gemm_u8(ldi::isa::scalar, weights, weight_zero, bias, s.segments, input_zero, output);
         // As pack_gemm_u8() does where there is AMX.
         tiled.segments = s.segments, tiled.inputs = s.inputs, tiled.outputs = s.outputs, tiled.output = output;
@@ -46,11 +46,11 @@ struct product {
         ldi::detail::pack_tiles(tiled, weights, weight_zero);
         for (std::size_t i = 0; i < s.segments; ++i)
             input.push_back(random.bytes((s.pixels == 0 ? 0 : (s.pixels - 1) * stride + s.inputs) + 3));
-        for (const std::vector<std::uint8_t>& segment : input) starts.push_back(segment.data());
+        for (const ldi::buffer<std::uint8_t>& segment : input) starts.push_back(segment.data());
     }
 
-    std::vector<std::uint8_t> expected() const {
-        std::vector<std::uint8_t> result(size.pixels * size.outputs + 1, untouched);
+    ldi::buffer<std::uint8_t> expected() const {
+        ldi::buffer<std::uint8_t> result(size.pixels * size.outputs + 1, untouched);
         ldi::gemm_u8(reference, starts.data(), stride, size.pixels, result.data());
         return result;
     }
@@ -58,14 +58,14 @@ struct product {
     void restrict_reads(ldi_test::tile_emulation& tiles) const {
         tiles.readable = {};
         std::size_t next = 0;
-        for (const std::vector<std::uint8_t>& segment : input) tiles.readable[next++] = {segment.data(), segment.size()};
+        for (const ldi::buffer<std::uint8_t>& segment : input) tiles.readable[next++] = {segment.data(), segment.size()};
         tiles.readable[next++] = {tiled.narrow.data(), tiled.narrow.size()};
         tiles.readable[next++] = {tiled.bias.data(), tiled.bias.size() * sizeof(std::int32_t)};
     }
 
     /// Whether the tiles in software give the same, without a fault.
     bool agrees_in_software() const {
-        std::vector<std::uint8_t> result(size.pixels * size.outputs + 1, untouched);
+        ldi::buffer<std::uint8_t> result(size.pixels * size.outputs + 1, untouched);
         ldi_test::emulated_tile_unit unit{tiled.fast, {result.data(), size.pixels * size.outputs}};
         restrict_reads(unit.hardware);
         ldi::detail::tiled_product(unit, tiled, starts.data(), stride).compute(size.pixels, result.data());
@@ -133,7 +133,7 @@ TEST_CASE("inputs are cut into equal tiles that hold each of them, whole groups 
 TEST_CASE("full tiles take one product for 16 x 64 x 16 multiplications") {
     ldi_test::random_bytes random;
     const product p(random, {1, 128, 32, 64});
-    std::vector<std::uint8_t> result(64 * 32);
+    ldi::buffer<std::uint8_t> result(64 * 32);
     ldi_test::emulated_tile_unit unit{p.tiled.fast, {result.data(), result.size()}};
     ldi::detail::tiled_product(unit, p.tiled, p.starts.data(), p.stride).compute(64, result.data());
     CHECK(unit.products == 64 * 128 * 32 / (16 * 64 * 16));
@@ -221,15 +221,15 @@ TEST_CASE("tiles in software load rows, multiply unsigned by signed bytes, wrap 
 TEST_CASE("where matrix products are packed for AMX, everything else is for AVX-512 VNNI") {
     ldi_test::random_bytes random;
     const ldi::requantization output = ldi::make_requantization(0.0021F, 7);
-    const std::vector<std::uint8_t> weights = random.bytes(9 * 20);
-    const std::vector<std::int32_t> one_bias{3}, bias(20, 3);
+    const ldi::buffer<std::uint8_t> weights = random.bytes(9 * 20);
+    const ldi::buffer<std::int32_t> one_bias{3}, bias(20, 3);
     const auto packed = [&](std::span<const std::int32_t> any_bias) {
         return ldi::pack_gemm_u8(ldi::isa::amx_int8, weights, 128, any_bias, 1, 5, output).target;
     };
     CHECK(packed(bias) == ldi::isa::amx_int8);
     CHECK(packed(one_bias) == ldi::isa::avx512vnni);  // a single output
     CHECK(ldi::pack_depthwise_u8(ldi::isa::amx_int8, weights, 128, bias, 1, 5, output).target == ldi::isa::avx512vnni);
-    const std::vector<float> real_weights(9 * 20, 0.5F), real_bias(20, 1.0F);
+    const ldi::buffer<float> real_weights(9 * 20, 0.5F), real_bias(20, 1.0F);
     CHECK(ldi::pack_conv_f32(ldi::isa::amx_int8, real_weights, real_bias, 3, {}).target == ldi::isa::avx512vnni);
     if (!ldi::is_available(ldi::isa::avx512vnni)) return;  // preparing an addition adds
     const ldi::quantized_addition sum = ldi::make_quantized_addition({0.05001F, 3}, {0.07003F, 4}, {0.09007F, 5});
@@ -247,7 +247,7 @@ TEST_CASE("what the compiler made of the AMX kernel gives what scalar code does,
     std::size_t broken = 0;
     for (int round = 0; round < 300; ++round) {
         const product p(random, any_shape(random, 200, 100, 70));
-        std::vector<std::uint8_t> found(p.size.pixels * p.size.outputs + 1, untouched);
+        ldi::buffer<std::uint8_t> found(p.size.pixels * p.size.outputs + 1, untouched);
         const char* fault = nullptr;
         {
             ldi_test::trapped_tiles trapped;

@@ -42,7 +42,7 @@ TEST_CASE("where a float form is found, fused or not, it gives what the integer 
 
 TEST_CASE("checkpoints lie on both sides of every step of the integer form") {
     const ldi::requantization r = ldi::make_requantization(0.013F, 100);
-    const std::vector<std::int32_t> points = ldi::detail::requantization_checkpoints(r);
+    const ldi::buffer<std::int32_t> points = ldi::detail::requantization_checkpoints(r);
     std::size_t steps = 0;
     for (std::size_t i = 2; i < points.size(); i += 2) {
         CHECK(points[i + 1] == points[i] + 1);

@@ -16,9 +16,9 @@ using point = std::array<std::uint32_t, 3>;  // the bits of three floats
 constexpr ldi::depth_range range{2.0F, 20.0F};
 constexpr std::int32_t atlas_width = 256, atlas_height = 512;
 
-std::vector<ldi::chart_placement> random_placements(const charted_graph& c, std::uint32_t seed) {
+ldi::buffer<ldi::chart_placement> random_placements(const charted_graph& c, std::uint32_t seed) {
     std::mt19937 random(seed);
-    std::vector<ldi::chart_placement> result;
+    ldi::buffer<ldi::chart_placement> result;
     for (const ldi::chart& chart : c.charts.charts)
         result.push_back({static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(atlas_width - chart.width)),
                           static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(atlas_height - chart.height))});
@@ -27,7 +27,7 @@ std::vector<ldi::chart_placement> random_placements(const charted_graph& c, std:
 
 ldi::pinhole_camera camera_of(const charted_graph& c) { return {c.topology.width, c.topology.height, 30.0F}; }
 
-ldi::textured_mesh mesh_of(const charted_graph& c, const std::vector<ldi::chart_placement>& placements,
+ldi::textured_mesh mesh_of(const charted_graph& c, const ldi::buffer<ldi::chart_placement>& placements,
                            const ldi::mesh_options& options) {
     return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera_of(c), range, options,
                            ldi::serial_executor{});
@@ -68,7 +68,7 @@ TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth be
 TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
         const charted_graph c = ldi_test::random_charts(seed, 20);
-        const std::vector<ldi::chart_placement> placements = random_placements(c, seed);
+        const ldi::buffer<ldi::chart_placement> placements = random_placements(c, seed);
         const ldi::mesh_options options = small_options();
         const ldi::textured_mesh m = mesh_of(c, placements, options);
         ldi::serial_executor threads;
@@ -160,7 +160,7 @@ TEST_CASE("Disparity beyond its range is taken as its limits") {
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE("A camera of another size, or placements of other charts, raise an error") {
     const charted_graph c = ldi_test::random_charts(3, 20);
-    std::vector<ldi::chart_placement> placements = random_placements(c, 3);
+    ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);
     const auto build = [&] {
         return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera, range,

@@ -77,7 +77,7 @@ TEST_CASE("What is found for fresh edges is what is found for all, less that bet
     ldi::detail::crossing_finder finder;
     for (int i = 0; i < 10000; ++i) {
         const ldi::polygon p = random_chain(random);
-        std::vector<std::uint8_t> fresh;
+        ldi::buffer<std::uint8_t> fresh;
         for (std::int32_t v = 0; v < p.outline_count; ++v) fresh.push_back(random() % 2 == 0 ? 1 : 0);
         collected some;
         finder.find_fresh(p, fresh, some);

@@ -71,7 +71,7 @@ double distance_to_outline(const ldi::flat_mesh& m, std::size_t chart, double x,
              s < m.outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
             const ldi::boundary_piece& p =
                 m.outlines.pieces[static_cast<std::size_t>(m.outlines.steps[static_cast<std::size_t>(s)].piece)];
-            std::vector<std::int32_t> ids{p.start};
+            ldi::buffer<std::int32_t> ids{p.start};
             for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
             ids.push_back(p.end);
             for (std::size_t i = 0; i + 1 < ids.size(); ++i) {
@@ -175,13 +175,13 @@ TEST_CASE("Neighboring charts have the same edges along their common boundary: n
                               left = static_cast<std::size_t>(piece.left_chart);
             const auto used_by = [&](std::size_t chart) {
                 const std::set<std::int32_t> used(m.charts[chart].outline.begin(), m.charts[chart].outline.end());
-                std::vector<std::int32_t> ids{piece.start};
+                ldi::buffer<std::int32_t> ids{piece.start};
                 for (std::int32_t i = piece.first_inner; i < piece.first_inner + piece.inner_count; ++i)
                     if (used.count(i) != 0) ids.push_back(i);
                 ids.push_back(piece.end);
                 return ids;
             };
-            const std::vector<std::int32_t> ids = used_by(right);
+            const ldi::buffer<std::int32_t> ids = used_by(right);
             REQUIRE(ids == used_by(left));
             for (std::size_t i = 0; i + 1 < ids.size(); ++i) {
                 // Triangles run counter-clockwise, outlines clockwise.
@@ -235,7 +235,7 @@ TEST_CASE("A chart with two pixels at one position raises an error") {
     ldi::chart_set charts;
     charts.chart_of.assign(4, 0);
     charts.charts.push_back({0, 0, 2, 1, {0, 1, 2, 3}});
-    const std::vector<float> disparity(4, 0.5F);
+    const ldi::buffer<float> disparity(4, 0.5F);
     ldi::serial_executor threads;
     REQUIRE_THROWS_AS(ldi::build_flat_mesh(g, disparity, charts, {}, ldi::mesh_options{}, threads), ldi::error);
 }
@@ -248,6 +248,6 @@ TEST_CASE("An outline tolerance that reaches the studs raises an error") {
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 4, 4, {}});
-    REQUIRE_THROWS_AS(ldi::build_flat_mesh(g, std::vector<float>(16), charts, {}, options, threads), ldi::error);
+    REQUIRE_THROWS_AS(ldi::build_flat_mesh(g, ldi::buffer<float>(16), charts, {}, options, threads), ldi::error);
 }
 #endif

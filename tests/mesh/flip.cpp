@@ -17,7 +17,7 @@ std::int64_t in_circle(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_
 TEST_CASE("After flipping, every edge that is not a chain's is locally Delaunay, and the polygon is still covered once") {
     ldi::triangulator triangulate;
     ldi::triangulation t;
-    std::vector<std::int32_t> stack;
+    ldi::buffer<std::int32_t> stack;
     std::size_t inner_edges = 0;
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
         const ldi_test::charted_graph c = ldi_test::random_charts(seed, 12);
@@ -48,7 +48,7 @@ TEST_CASE("The better diagonal of a kite is taken") {
     p.next = {1, 2, 3, 0};
     p.outline_count = 4;
     ldi::triangulation t;
-    std::vector<std::int32_t> stack;
+    ldi::buffer<std::int32_t> stack;
     for (const auto& [first, second] : {std::pair{0, 2}, std::pair{1, 3}}) {
         // Both triangulations of the kite.
         const std::uint32_t a = static_cast<std::uint32_t>(first), c = static_cast<std::uint32_t>(second);
@@ -68,7 +68,7 @@ TEST_CASE("Coordinates beyond 2^14 still give a triangulation") {
     std::mt19937 random(3);
     ldi::triangulator triangulate;
     ldi::triangulation t;
-    std::vector<std::int32_t> stack;
+    ldi::buffer<std::int32_t> stack;
     constexpr std::int32_t side = 1 << 18;
     ldi::polygon p;
     p.points = {{0, 0}, {side, 0}, {side, side}, {0, side}};

@@ -16,7 +16,7 @@ using ldi_test::charted_graph;
 using ldi_test::random_charts;
 
 struct corner_classes {
-    std::vector<std::size_t> parent;
+    ldi::buffer<std::size_t> parent;
     std::size_t find(std::size_t i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
@@ -42,12 +42,12 @@ corner_classes classes_by_definition(const ldi::graph& g) {
     return c;
 }
 
-std::vector<std::int32_t> corners_along(const ldi::chart_outlines& outlines, std::size_t loop) {
-    std::vector<std::int32_t> result;
+ldi::buffer<std::int32_t> corners_along(const ldi::chart_outlines& outlines, std::size_t loop) {
+    ldi::buffer<std::int32_t> result;
     for (std::int32_t s = outlines.first_step[loop]; s < outlines.first_step[loop + 1]; ++s) {
         const ldi::outline_step step = outlines.steps[static_cast<std::size_t>(s)];
         const ldi::boundary_piece& p = outlines.pieces[static_cast<std::size_t>(step.piece)];
-        std::vector<std::int32_t> ids{p.start};
+        ldi::buffer<std::int32_t> ids{p.start};
         for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
         ids.push_back(p.end);
         if (step.reversed) std::reverse(ids.begin(), ids.end());
@@ -79,7 +79,7 @@ TEST_CASE("The outlines of a chart are closed and pass every boundary side of it
             }
             std::int64_t area = 0, positive = 0;
             for (std::int32_t l = outlines.first_loop[chart]; l < outlines.first_loop[chart + 1]; ++l) {
-                const std::vector<std::int32_t> loop = corners_along(outlines, static_cast<std::size_t>(l));
+                const ldi::buffer<std::int32_t> loop = corners_along(outlines, static_cast<std::size_t>(l));
                 for (std::size_t i = 0; i < loop.size(); ++i) {
                     const ldi::outline_corner& a = outlines.corners[static_cast<std::size_t>(loop[i])];
                     const ldi::outline_corner& b = outlines.corners[static_cast<std::size_t>(loop[(i + 1) % loop.size()])];
@@ -132,7 +132,7 @@ TEST_CASE("Two charts that share a piece walk along it in opposite directions, e
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
         const charted_graph c = random_charts(seed, 9);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
-        std::vector<std::int32_t> forward(outlines.pieces.size(), -1), backward(outlines.pieces.size(), -1);
+        ldi::buffer<std::int32_t> forward(outlines.pieces.size(), -1), backward(outlines.pieces.size(), -1);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart)
             for (std::int32_t l = outlines.first_loop[chart]; l < outlines.first_loop[chart + 1]; ++l)
                 for (std::int32_t s = outlines.first_step[static_cast<std::size_t>(l)];
@@ -154,7 +154,7 @@ TEST_CASE("The outline of a photo with one chart has a piece for each of its bor
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 7, 5, {}});
-    const std::vector<float> disparity(g.size(), 0.25F);
+    const ldi::buffer<float> disparity(g.size(), 0.25F);
     const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
     REQUIRE(outlines.pieces.size() == 4);
     REQUIRE(outlines.corners.size() == 2 * (7 + 5));
@@ -177,6 +177,6 @@ TEST_CASE("Pixels that are not in canonical order raise an error") {
     ldi::chart_set charts;
     charts.chart_of = {0, 0};
     charts.charts.push_back({0, 0, 2, 1, {0, 1}});
-    REQUIRE_THROWS_AS(ldi::trace_outlines(g, std::vector<float>{0, 0}, charts), ldi::error);
+    REQUIRE_THROWS_AS(ldi::trace_outlines(g, ldi::buffer<float>{0, 0}, charts), ldi::error);
 }
 #endif

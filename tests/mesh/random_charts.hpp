@@ -20,7 +20,7 @@ namespace ldi_test {
 
 struct charted_graph {
     ldi::graph topology;
-    std::vector<float> disparity;
+    ldi::buffer<float> disparity;
     ldi::chart_set charts;
 };
 
@@ -31,7 +31,7 @@ inline ldi::graph random_layers(std::mt19937& random, std::int32_t max_side) {
     g.width = 1 + below(max_side), g.height = 1 + below(max_side);
     const std::int32_t layers = 1 + below(3);
     const std::int32_t density = 40 + below(61), linked = 70 + below(31), folded = below(40);
-    std::vector<std::vector<std::int32_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    ldi::buffer<ldi::buffer<std::int32_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
     for (std::int32_t layer = 0; layer < layers; ++layer)
         for (std::int32_t y = 0; y < g.height; ++y)
             for (std::int32_t x = 0; x < g.width; ++x)
@@ -66,7 +66,7 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
         const std::int32_t index = static_cast<std::int32_t>(result.charts.size());
         ldi::chart chart;
         std::set<std::pair<std::int32_t, std::int32_t>> taken;
-        std::vector<std::int32_t> front{static_cast<std::int32_t>(seed)};
+        ldi::buffer<std::int32_t> front{static_cast<std::int32_t>(seed)};
         while (!front.empty() && chart.pixels.size() < max_size) {
             std::swap(front[below(front.size())], front.back());
             const std::int32_t pixel = front.back();
@@ -93,11 +93,11 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
 }
 
 /// Smooth disparity, or noise.
-inline std::vector<float> random_disparity(const ldi::graph& g, std::mt19937& random) {
+inline ldi::buffer<float> random_disparity(const ldi::graph& g, std::mt19937& random) {
     std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
     const float noise = random() % 3 == 0 ? 1.0F : random() % 2 == 0 ? 0.0F : 0.02F;
     const float a = uniform(random) * 0.05F, b = uniform(random) * 0.05F, c = uniform(random);
-    std::vector<float> disparity;
+    ldi::buffer<float> disparity;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const float x = static_cast<float>(g.x[i]), y = static_cast<float>(g.y[i]);
         disparity.push_back(std::clamp(c * 0.5F + a * x + b * y + noise * (uniform(random) - 0.5F), 0.0F, 1.0F));

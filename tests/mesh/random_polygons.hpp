@@ -40,7 +40,7 @@ inline ldi::polygon chart_polygon(const ldi::chart_outlines& outlines, std::size
              s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
             const ldi::outline_step step = outlines.steps[static_cast<std::size_t>(s)];
             const ldi::boundary_piece& p = outlines.pieces[static_cast<std::size_t>(step.piece)];
-            std::vector<std::int32_t> ids{p.start};
+            ldi::buffer<std::int32_t> ids{p.start};
             for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
             ids.push_back(p.end);
             if (step.reversed) std::reverse(ids.begin(), ids.end());

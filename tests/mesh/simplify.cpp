@@ -17,8 +17,8 @@ ldi::simplify_options options_with(float tolerance, float disparity_tolerance) {
 }
 
 // All corners of a piece, in order.
-std::vector<std::int32_t> all_corners(const ldi::boundary_piece& p) {
-    std::vector<std::int32_t> ids{p.start};
+ldi::buffer<std::int32_t> all_corners(const ldi::boundary_piece& p) {
+    ldi::buffer<std::int32_t> ids{p.start};
     for (std::int32_t i = 0; i < p.inner_count; ++i) ids.push_back(p.first_inner + i);
     ids.push_back(p.end);
     return ids;
@@ -39,7 +39,7 @@ TEST_CASE("A simplified piece keeps its ends, keeps its order and stays within t
         for (float tolerance : {0.0F, 0.8F, 2.0F}) {
             const ldi::simplified_boundary boundary(outlines, options_with(tolerance, 0.02F));
             for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
-                const std::vector<std::int32_t> all = all_corners(outlines.pieces[p]);
+                const ldi::buffer<std::int32_t> all = all_corners(outlines.pieces[p]);
                 const auto kept = boundary.corners(static_cast<std::int32_t>(p));
                 REQUIRE(kept.size() >= 2);
                 REQUIRE(kept.front() == all.front());
@@ -66,7 +66,7 @@ TEST_CASE("A straight border keeps a corner where disparity bends and drops the 
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 40, 3, {}});
-    std::vector<float> disparity(g.size());
+    ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min(g.x[i], 20));
     const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
     const ldi::simplified_boundary boundary(outlines, {1.0F, 0.011F, 100.0F});
@@ -97,16 +97,16 @@ TEST_CASE("Splitting every edge again and again brings the detailed boundary bac
                 }
             }
             if (splits.empty()) break;
-            const std::vector<std::int32_t> before(boundary.corners(splits[0].edge.piece).begin(),
+            const ldi::buffer<std::int32_t> before(boundary.corners(splits[0].edge.piece).begin(),
                                                    boundary.corners(splits[0].edge.piece).end());
             boundary.split(splits);
             REQUIRE(boundary.corners(splits[0].edge.piece).size() > before.size());
             REQUIRE(boundary.is_fresh(splits[0].edge));
         }
         for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
-            const std::vector<std::int32_t> all = all_corners(outlines.pieces[p]);
+            const ldi::buffer<std::int32_t> all = all_corners(outlines.pieces[p]);
             const auto kept = boundary.corners(static_cast<std::int32_t>(p));
-            REQUIRE(std::vector<std::int32_t>(kept.begin(), kept.end()) == all);
+            REQUIRE(ldi::buffer<std::int32_t>(kept.begin(), kept.end()) == all);
         }
     }
 }

@@ -22,7 +22,7 @@ ldi::chart_set whole(const ldi::graph& g) {
 }
 
 // Studs as if drawing shifted no texture, so that only disparity decides.
-ldi::stud_set studs_of(const ldi::graph& g, const std::vector<float>& disparity, const ldi::chart_set& charts,
+ldi::stud_set studs_of(const ldi::graph& g, const ldi::buffer<float>& disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;
     return ldi::make_studs(g, disparity, charts, ldi::trace_outlines(g, disparity, charts), options);
@@ -32,7 +32,7 @@ ldi::stud_set studs_of(const ldi::graph& g, const std::vector<float>& disparity,
 
 TEST_CASE("A plane needs no inner vertices") {
     const ldi::graph g = ldi::make_grid(100, 80);
-    std::vector<float> disparity(g.size());
+    ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
         disparity[i] = 0.1F + 0.004F * static_cast<float>(g.x[i]) + 0.005F * static_cast<float>(g.y[i]);
     REQUIRE(studs_of(g, disparity, whole(g), {}).vertices.empty());
@@ -40,7 +40,7 @@ TEST_CASE("A plane needs no inner vertices") {
 
 TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts the texture by less than the tolerance") {
     const ldi::graph g = ldi::make_grid(200, 300);
-    std::vector<float> disparity(g.size());
+    ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.003F * static_cast<float>(g.y[i]);
     const ldi::chart_set charts = whole(g);
     const ldi::depth_range range;
@@ -56,10 +56,10 @@ TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts t
 
 TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
     const ldi::graph g = ldi::make_grid(120, 80);
-    std::vector<float> disparity(g.size());
+    ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min(g.y[i], 33));
     const ldi::stud_set studs = studs_of(g, disparity, whole(g), options_with(24, 0.006F, 4));
-    REQUIRE(studs.first_stud == std::vector<std::int32_t>{0, 4});
+    REQUIRE(studs.first_stud == ldi::buffer<std::int32_t>{0, 4});
     for (std::size_t s = 0; s < 4; ++s) {
         REQUIRE(studs.vertices[s].x == 24 * static_cast<std::int32_t>(s + 1));
         REQUIRE(std::abs(studs.vertices[s].y - 33) <= 1);
@@ -69,7 +69,7 @@ TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
 
 TEST_CASE("Something upright and narrower than the distance between studs has vertices of its own") {
     const ldi::graph g = ldi::make_grid(120, 100);
-    std::vector<float> disparity(g.size());
+    ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = std::abs(g.x[i] - 60) < 4 ? 0.5F : 0.46F;
     const ldi::stud_set studs = studs_of(g, disparity, whole(g), options_with(24, 0.006F, 4));
     REQUIRE(studs.vertices.size() >= 6);
@@ -86,10 +86,10 @@ TEST_CASE("The profile between the vertices of a stud is linear to within the to
     std::mt19937 random(5);
     ldi::detail::bend_finder find_bends;
     for (int i = 0; i < 500; ++i) {
-        std::vector<float> profile(2 + random() % 60);
+        ldi::buffer<float> profile(2 + random() % 60);
         float value = 0.5F;
         for (float& p : profile) p = value += 0.01F * (static_cast<float>(random() % 200) / 100.0F - 1.0F);
-        std::vector<std::size_t> kept{0};
+        ldi::buffer<std::size_t> kept{0};
         const auto never = [](std::size_t, std::size_t) { return false; };
         find_bends(profile, 0.008F, 0, never, [&](std::size_t k) { kept.push_back(k); });
         kept.push_back(profile.size() - 1);
@@ -114,7 +114,7 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
         REQUIRE(studs.first_stud.size() == c.charts.charts.size() + 1);
         REQUIRE(studs.first_vertex.size() == static_cast<std::size_t>(studs.first_stud.back()) + 1);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
-            std::vector<std::int32_t> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), ldi::no_pixel);
+            ldi::buffer<std::int32_t> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), ldi::no_pixel);
             for (std::int32_t pixel : c.charts.charts[chart].pixels) {
                 const std::size_t i = static_cast<std::size_t>(pixel);
                 at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])] = pixel;
@@ -160,7 +160,7 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE("Options outside their range raise an error") {
     const ldi::graph g = ldi::make_grid(4, 4);
-    const std::vector<float> disparity(g.size(), 0.0F);
+    const ldi::buffer<float> disparity(g.size(), 0.0F);
     REQUIRE_THROWS_AS(studs_of(g, disparity, whole(g), options_with(0, 0.006F, 4)), ldi::error);
     REQUIRE_THROWS_AS(studs_of(g, disparity, whole(g), options_with(24, -1.0F, 4)), ldi::error);
     REQUIRE_THROWS_AS(studs_of(g, disparity, whole(g), options_with(24, 0.006F, 0)), ldi::error);

@@ -10,7 +10,7 @@ namespace {
 using ldi_test::require_triangulation;
 using ldi_test::twice_area;
 
-ldi::polygon closed(std::vector<ldi::lattice_point> points) {
+ldi::polygon closed(ldi::buffer<ldi::lattice_point> points) {
     ldi::polygon p;
     p.points = std::move(points);
     for (std::size_t v = 0; v < p.points.size(); ++v) p.next.push_back(static_cast<std::int32_t>((v + 1) % p.points.size()));
@@ -31,7 +31,7 @@ bool meet(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_point c, ldi:
 }
 
 // Whether a closed chain touches itself nowhere but where an edge follows another.
-bool is_simple(const std::vector<ldi::lattice_point>& points) {
+bool is_simple(const ldi::buffer<ldi::lattice_point>& points) {
     const std::size_t n = points.size();
     for (std::size_t i = 0; i < n; ++i) {
         const ldi::lattice_point a = points[i], b = points[(i + 1) % n], c = points[(i + 2) % n];
@@ -70,7 +70,7 @@ TEST_CASE("A closed chain of random points is triangulated if and only if it is 
     std::size_t simple = 0, other = 0;
     for (int i = 0; i < 60000; ++i) {
         const std::size_t count = 3 + random() % 6;
-        std::vector<ldi::lattice_point> points;
+        ldi::buffer<ldi::lattice_point> points;
         for (std::size_t k = 0; k < count; ++k)
             points.push_back({static_cast<std::int32_t>(random() % 9) - 4, static_cast<std::int32_t>(random() % 9) - 4});
         const ldi::polygon p = closed(points);
@@ -111,7 +111,7 @@ TEST_CASE("Inner points outside the polygon, on its outline or twice at one plac
     ldi::triangulator triangulate;
     ldi::triangulation t;
     const ldi::polygon square = closed({{0, 0}, {10, 0}, {10, 10}, {0, 10}});
-    const auto with = [&](std::vector<ldi::lattice_point> inner) {
+    const auto with = [&](ldi::buffer<ldi::lattice_point> inner) {
         ldi::polygon p = square;
         for (const ldi::lattice_point& q : inner) p.points.push_back(q), p.next.push_back(-1);
         return p;

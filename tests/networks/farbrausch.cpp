@@ -24,8 +24,8 @@ serial_executor one_thread;
 const std::filesystem::path folder = std::filesystem::path(LDI_SOURCE_DIR) / "tests/networks/files";
 
 /// Weights that tests/networks/files/farbrausch.py computes too: a hash of their index.
-std::vector<float> hashed(std::uint64_t tensor_index, std::size_t count, double spread) {
-    std::vector<float> values(count);
+buffer<float> hashed(std::uint64_t tensor_index, std::size_t count, double spread) {
+    buffer<float> values(count);
     for (std::uint64_t n = 0; n < count; ++n) {
         std::uint64_t h = (n * 2654435761U + tensor_index * 40503U + 12345U) & 0xFFFFFFFFU;
         h ^= h >> 15;
@@ -59,7 +59,7 @@ named_tensors hashed_weights(const farbrausch_architecture& a) {
 /// With ranges as wide as the values of random layers may be.
 named_tensors ranged(named_tensors weights) {
     for (const char* const name : {"input", "encoder.0", "encoder.1", "encoder.2", "decoder.0", "decoder.1"})
-        weights.tensors[std::string(name) + ".range"] = {{2}, std::vector<float>{-4.0F, 4.0F}};
+        weights.tensors[std::string(name) + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}};
     return weights;
 }
 
@@ -68,18 +68,18 @@ const farbrausch_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
 /// An image with holes, as PyTorch got it, and what came out.
 struct golden_case {
     photo_layers layers;
-    std::vector<float> output;      ///< of the pixels that are not known
-    std::vector<float> fill, tone;  ///< of all pixels; may be empty
+    buffer<float> output;      ///< of the pixels that are not known
+    buffer<float> fill, tone;  ///< of all pixels; may be empty
 };
 
 golden_case read_case(const std::string& name) {
     const named_tensors file = load_safetensors(folder / ("farbrausch_" + name + ".safetensors"));
-    const std::vector<std::size_t> shape = file.tensors.at("image").shape;
-    const std::vector<std::uint8_t>&image = tensor_values<std::uint8_t>(file, "image", shape),
+    const buffer<std::size_t> shape = file.tensors.at("image").shape;
+    const buffer<std::uint8_t>&image = tensor_values<std::uint8_t>(file, "image", shape),
           &known = tensor_values<std::uint8_t>(file, "known", {shape[1], shape[2]}),
           &exists = tensor_values<std::uint8_t>(file, "exists", {shape[1], shape[2]});
     graph g = make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]));
-    std::vector<std::int32_t> order;
+    buffer<std::int32_t> order;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const std::int32_t pixel = static_cast<std::int32_t>(i);
         if (exists[i] != 0) order.push_back(pixel);
@@ -124,13 +124,13 @@ photo_layers smooth_picture() {
     return layers;
 }
 
-std::vector<std::uint8_t> unknown_of(const photo_layers& layers) {
-    std::vector<std::uint8_t> wanted;
+buffer<std::uint8_t> unknown_of(const photo_layers& layers) {
+    buffer<std::uint8_t> wanted;
     for (const std::uint8_t k : layers.column<known_column>()) wanted.push_back(k == 0 ? 1 : 0);
     return wanted;
 }
 
-std::vector<float> run(const farbrausch& network, const photo_layers& layers) {
+buffer<float> run(const farbrausch& network, const photo_layers& layers) {
     return network.colors(layers, unknown_of(layers), one_thread);
 }
 
@@ -144,7 +144,7 @@ double largest_difference(const A& a, const B& b) {
 }
 
 /// Of colors that are clamped to [0, 1], in dB.
-double peak_signal_to_noise(const std::vector<float>& a, const std::vector<float>& b) {
+double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
     REQUIRE(a.size() == b.size());
     double sum = 0.0;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -153,7 +153,7 @@ double peak_signal_to_noise(const std::vector<float>& a, const std::vector<float
 }
 
 test::reference_result reference(const named_tensors& weights, const farbrausch_architecture& a, const photo_layers& layers) {
-    std::vector<double> color;
+    buffer<double> color;
     for (const std::uint8_t c : layers.column<color_column>()) color.push_back(c / 255.0);
     return test::reference_farbrausch(weights, a).run(layers.topology, color, layers.column<known_column>());
 }
@@ -169,8 +169,8 @@ photo_layers random_layers(std::mt19937& random, std::int32_t side) {
 
 /// The rows of `all` (three values a pixel) whose pixels are marked.
 template <class Value>
-std::vector<Value> rows_of(const std::vector<Value>& all, const std::vector<std::uint8_t>& marks) {
-    std::vector<Value> result;
+buffer<Value> rows_of(const buffer<Value>& all, const buffer<std::uint8_t>& marks) {
+    buffer<Value> result;
     for (std::size_t i = 0; i < marks.size(); ++i)
         if (marks[i] != 0)
             result.insert(result.end(), all.begin() + static_cast<std::ptrdiff_t>(3 * i),
@@ -182,8 +182,8 @@ std::vector<Value> rows_of(const std::vector<Value>& all, const std::vector<std:
 
 TEST_CASE("on images with holes the network gives what PyTorch gives") {
     const farbrausch few = load_farbrausch(folder / "farbrausch_weights.safetensors");
-    CHECK(few.architecture().channels == std::vector<std::size_t>{6, 8, 10, 12, 14});
-    CHECK(few.architecture().kernels == std::vector<std::int32_t>{7, 5, 5, 3, 3});
+    CHECK(few.architecture().channels == buffer<std::size_t>{6, 8, 10, 12, 14});
+    CHECK(few.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});
     const golden_case whole = read_case("whole"), cut = read_case("cut"), large = read_case("large");
     CHECK(largest_difference(run(few, whole.layers), whole.output) < 1e-4);
     CHECK(largest_difference(run(few, cut.layers), cut.output) < 1e-4);
@@ -218,12 +218,12 @@ TEST_CASE("two surfaces in one layered image are inpainted as each of them alone
     std::copy(b.layers.column<known_column>().begin(), b.layers.column<known_column>().end(),
               std::copy(a.layers.column<known_column>().begin(), a.layers.column<known_column>().end(),
                         layers.column<known_column>().begin()));
-    const std::vector<std::int32_t> order = canonical_order(both);
+    const buffer<std::int32_t> order = canonical_order(both);
     layers.reorder(order);
 
-    const std::vector<float> result = run(network, layers);
-    std::vector<float> of_a(a.output.size()), of_b(b.output.size());
-    std::vector<std::size_t> place;  // of each unknown pixel of the two among the unknown ones of its own image
+    const buffer<float> result = run(network, layers);
+    buffer<float> of_a(a.output.size()), of_b(b.output.size());
+    buffer<std::size_t> place;  // of each unknown pixel of the two among the unknown ones of its own image
     std::size_t count_a = 0, count_b = 0;
     for (const std::uint8_t k : a.layers.column<known_column>()) place.push_back(k == 0 ? count_a++ : 0);
     for (const std::uint8_t k : b.layers.column<known_column>()) place.push_back(k == 0 ? count_b++ : 0);
@@ -256,7 +256,7 @@ TEST_CASE("what nobody asks for is not computed, and changes not a bit of the re
     std::mt19937 random(61);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_layers(random, 40);
-        const std::vector<float> all = network.colors(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+        const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), one_thread);
         REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
     }
 }
@@ -313,13 +313,13 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
 TEST_CASE("with bfloat16 numbers the shipped network's colors are 60 dB from those with float32, with bytes 45") {
     const std::filesystem::path weights = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors";
     const photo_layers layers = smooth_picture();
-    const std::vector<float> exact = run(load_farbrausch(weights), layers);
+    const buffer<float> exact = run(load_farbrausch(weights), layers);
     for (const isa target : {isa::scalar, best_isa()}) {
         if (!multiplies_bfloat16(target)) continue;
         const farbrausch network = decode_farbrausch(read_file(weights), "weights", arithmetic::bfloat16, target);
         CHECK(peak_signal_to_noise(run(network, layers), exact) > 60.0);
     }
-    const std::vector<float> of_bytes = run(load_farbrausch(weights, arithmetic::int8), layers);
+    const buffer<float> of_bytes = run(load_farbrausch(weights, arithmetic::int8), layers);
     CHECK(peak_signal_to_noise(of_bytes, exact) > 45.0);
     for (const isa target : all_isas) {
         if (!is_available(target)) continue;
@@ -335,7 +335,7 @@ TEST_CASE("in every arithmetic, what nobody asks for is not computed, and change
     for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
-            const std::vector<float> all = network.colors(layers, std::vector<std::uint8_t>(layers.size(), 1), one_thread);
+            const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), one_thread);
             REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
         }
 }
@@ -358,14 +358,14 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     weights = ranged(weights);
     CHECK_NOTHROW(construct());
     CHECK_NOTHROW(farbrausch(weights, small));
-    for (const auto& ends : {std::vector<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
+    for (const auto& ends : {buffer<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
         weights.tensors["decoder.1.range"] = {{2}, ends};
         CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("a range round 0"));
     }
-    weights.tensors["decoder.1.range"] = {{1}, std::vector<float>{1.0F}};
+    weights.tensors["decoder.1.range"] = {{1}, buffer<float>{1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("expected float, 2"));
     weights = ranged(hashed_weights(small));
-    weights.tensors["decoder.2.range"] = {{2}, std::vector<float>{0.0F, 1.0F}};
+    weights.tensors["decoder.2.range"] = {{2}, buffer<float>{0.0F, 1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.2.range"));
 }
 
@@ -373,7 +373,7 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
     const farbrausch network(hashed_weights(small), small);
     photo_layers layers(make_grid(20, 20));
     struct state {
-        std::vector<float> fractions;
+        buffer<float> fractions;
         std::size_t stop_after;
     } s{{}, 1000};
     observer watcher;
@@ -412,16 +412,16 @@ TEST_CASE("weights that do not fit are named") {
         named_tensors weights = good;
         weights.tensors.erase(name);
         CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("no such tensor"));
-        weights.tensors[name] = {{1}, std::vector<float>{0.0F}};
+        weights.tensors[name] = {{1}, buffer<float>{0.0F}};
         CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("found float, 1"));
-        weights.tensors[name] = {values.shape, std::vector<std::int8_t>(std::get<0>(values.values).size())};
+        weights.tensors[name] = {values.shape, buffer<std::int8_t>(std::get<0>(values.values).size())};
         CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("found int8"));
         weights.tensors[name] = values;
         std::get<0>(weights.tensors[name].values).back() = std::numeric_limits<float>::infinity();
         CHECK_THAT(complaint(weights, small), Catch::Contains("tensor " + name) && Catch::Contains("finite"));
     }
     named_tensors more = good;
-    more.tensors["encoder.9.weight"] = {{}, std::vector<float>{1.0F}};
+    more.tensors["encoder.9.weight"] = {{}, buffer<float>{1.0F}};
     CHECK_THAT(complaint(more, small), Catch::Contains("encoder.9.weight"));
 
     CHECK_THAT(complaint(good, {{}, {}, 4, 0.2F}), Catch::Contains("channels"));

@@ -20,7 +20,7 @@ namespace ldi::test {
 
 /// What the network makes of colors: K x 3 each, 0 to 1.
 struct reference_result {
-    std::vector<double> fill, tone, output;
+    buffer<double> fill, tone, output;
 };
 
 class reference_farbrausch {
@@ -29,7 +29,7 @@ public:
         : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
 
     /// color  K x 3; known  K of 0 or 1
-    reference_result run(const graph& finest, const std::vector<double>& color, const std::vector<std::uint8_t>& known) {
+    reference_result run(const graph& finest, const buffer<double>& color, const buffer<std::uint8_t>& known) {
         graphs_ = {finest};
         kept_.clear(), above_.clear();
         for (std::size_t i = 0; i < levels_; ++i) {
@@ -65,7 +65,7 @@ public:
         for (std::size_t k = 0; k < 3; ++k) mean[k] /= std::max(mean[3], 1.0);
 
         reference_result result;
-        std::vector<std::vector<double>> skips(1);
+        buffer<buffer<double>> skips(1);
         for (std::size_t p = 0; p < finest.size(); ++p) {
             const pixel f = fill[p][3] != 0.0 ? fill[p] : mean, t = tone[p][3] != 0.0 ? tone[p] : mean;
             for (std::size_t k = 0; k < 3; ++k) {
@@ -77,20 +77,20 @@ public:
         std::size_t c_in = 4;
         for (std::size_t i = 0; i < levels_; ++i) {
             const std::size_t c_out = architecture_.channels[i];
-            std::vector<double> values;
+            buffer<double> values;
             for (const std::int32_t p : kept_[i]) {
-                const std::vector<double> row =
+                const buffer<double> row =
                     convolved("encoder." + std::to_string(i), i, p, architecture_.kernels[i], c_out, {}, 0, skips[i], c_in);
                 for (double v : row) values.push_back(v > 0.0 ? v : 0.0);
             }
             skips.push_back(std::move(values));
             c_in = c_out;
         }
-        std::vector<double> y = skips.back();
+        buffer<double> y = skips.back();
         for (std::size_t j = 0; j < levels_; ++j) {
             const std::size_t i = levels_ - 1 - j, c_skip = i == 0 ? 4 : architecture_.channels[i - 1],
                               c_out = i == 0 ? 3 : c_skip;
-            std::vector<double> values;
+            buffer<double> values;
             for (std::size_t p = 0; p < graphs_[i].size(); ++p)
                 for (double v : convolved("decoder." + std::to_string(j), i, static_cast<std::int32_t>(p), 3, c_out, y, c_in,
                                           skips[i], c_skip))
@@ -106,11 +106,11 @@ private:
     using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a color
 
     /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
-    static std::vector<std::int32_t> corners(const graph& g, const std::vector<std::int32_t>& kept) {
-        std::vector<std::int32_t> coarse(g.size(), no_pixel), result(g.size(), no_pixel);
+    static buffer<std::int32_t> corners(const graph& g, const buffer<std::int32_t>& kept) {
+        buffer<std::int32_t> coarse(g.size(), no_pixel), result(g.size(), no_pixel);
         for (std::size_t i = 0; i < kept.size(); ++i) coarse[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
         for (std::size_t p = 0; p < g.size(); ++p) {
-            std::vector<std::int32_t> seen{static_cast<std::int32_t>(p)};
+            buffer<std::int32_t> seen{static_cast<std::int32_t>(p)};
             for (std::size_t next = 0; next < seen.size() && result[p] == no_pixel; ++next) {
                 const std::size_t at = static_cast<std::size_t>(seen[next]);
                 if (g.x[at] % 2 == 0 && g.y[at] % 2 == 0) result[p] = coarse[at];
@@ -147,16 +147,16 @@ private:
     }
 
     /// up: of the pixels of the next level, c_up channels; skip: of this level.
-    std::vector<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel,
-                                  std::size_t c_out, const std::vector<double>& up, std::size_t c_up,
-                                  const std::vector<double>& skip, std::size_t c_skip) const {
+    buffer<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel,
+                                  std::size_t c_out, const buffer<double>& up, std::size_t c_up,
+                                  const buffer<double>& skip, std::size_t c_skip) const {
         const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = c_up + c_skip;
-        const std::vector<float>& w = tensor_values<float>(
+        const buffer<float>& w = tensor_values<float>(
             weights_, name + ".weight", {c_out, c_in, static_cast<std::size_t>(kernel), static_cast<std::size_t>(kernel)});
-        const std::vector<float>& b = tensor_values<float>(weights_, name + ".bias", {c_out});
-        std::vector<std::int32_t> window(elements);
+        const buffer<float>& b = tensor_values<float>(weights_, name + ".bias", {c_out});
+        buffer<std::int32_t> window(elements);
         gather_window(graphs_[level], at, kernel, window);
-        std::vector<double> sums(c_out, 0.0);
+        buffer<double> sums(c_out, 0.0);
         double count = 0.0;
         for (std::size_t e = 0; e < elements; ++e) {
             if (window[e] == no_pixel) continue;
@@ -179,7 +179,7 @@ private:
     farbrausch_architecture architecture_;
     std::size_t levels_;
     std::vector<graph> graphs_;
-    std::vector<std::vector<std::int32_t>> kept_, above_;
+    buffer<buffer<std::int32_t>> kept_, above_;
     std::vector<std::vector<pixel>> colors_;
 };
 

@@ -238,7 +238,7 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     struct record {
-        std::vector<float> fractions;
+        ldi::buffer<float> fractions;
         bool stop = false;
     } seen;
     ldi::observer follow;

@@ -10,7 +10,7 @@
 
 namespace {
 
-std::vector<ldi::discontinuity_curve> curves_of(const ldi::photo_layers& layers, std::size_t shortest_length = 1) {
+ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layers& layers, std::size_t shortest_length = 1) {
     ldi::curve_options options;
     options.shortest_length = shortest_length;
     return ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options);
@@ -36,7 +36,7 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
         const ldi::photo_layers layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         const ldi::graph& g = layers.topology;
-        const std::vector<float>& disparity = layers.column<ldi::disparity_column>();
+        const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();
         std::set<std::pair<std::int32_t, std::int32_t>> found;
         for (const ldi::discontinuity_curve& c : curves_of(layers))
             for (const ldi::discontinuity& d : c.sides) {
@@ -63,7 +63,7 @@ TEST_CASE("curves are chains that do not run through junctions") {
     for (int round = 0; round < 300; ++round) {
         const ldi::photo_layers layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 2 + random() % 30, 2 + random() % 30));
-        const std::vector<ldi::discontinuity_curve> curves = curves_of(layers);
+        const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers);
         std::map<std::pair<int, int>, int> degree;
         for (const ldi::discontinuity_curve& c : curves)
             for (const ldi::discontinuity& d : c.sides) {
@@ -88,9 +88,9 @@ TEST_CASE("at a T-junction only the curve between midground and foreground is co
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 30 ? 0.5F : 0.1F;
     const ldi::photo_layers layers = ldi::test::lift_disparity(map);
-    const std::vector<ldi::discontinuity_curve> curves = curves_of(layers, 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 3);
-    const std::vector<float>& disparity = layers.column<ldi::disparity_column>();
+    const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();
     for (const ldi::discontinuity_curve& c : curves) {
         const bool is_mid_to_fore = disparity[static_cast<std::size_t>(c.sides[0].back)] == 0.5F;
         REQUIRE(c.constraints.size() == (is_mid_to_fore ? 1U : 0U));
@@ -109,7 +109,7 @@ TEST_CASE("a discontinuity that fades out is constrained at its end, one that le
             const float step = 0.4F - 0.01F * static_cast<float>(y);  // between left and right, gone at the bottom
             map(y, x, 0) = x < 40 ? 0.5F : 0.5F + std::max(step, 0.0F);
         }
-    const std::vector<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
     REQUIRE(curves.size() == 1);
     REQUIRE(curves[0].constraints.size() == 1);
     CHECK(curves[0].constraints[0].x == 40.0F);
@@ -123,7 +123,7 @@ TEST_CASE("short curves are dropped, closed ones are marked") {
         for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides
     for (std::size_t y = 30; y < 34; ++y)
         for (std::size_t x = 40; x < 44; ++x) map(y, x, 0) = 0.7F;  // one of 16
-    const std::vector<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
     REQUIRE(curves.size() == 1);
     CHECK(curves[0].sides.size() == 40);
     CHECK(curves[0].is_closed);

@@ -33,7 +33,7 @@ ldi::photo_layers grown(const ldi::photo_layers& lifted, int iterations, std::si
 void require_sound(const ldi::graph& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
-    std::vector<std::vector<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    ldi::buffer<ldi::buffer<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
     for (std::size_t i = 0; i < g.size(); ++i) {
         at[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])].push_back(i);
         for (ldi::side s : ldi::all_sides) {
@@ -86,8 +86,8 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
         const ldi::photo_layers expanded = grown(lifted, 15, 4);
         const ldi::graph& g = expanded.topology;
         // The photo's pixel is the nearest at its position.
-        std::vector<std::int32_t> nearest(lifted.size(), ldi::no_pixel);
-        const std::vector<float>& disparity = expanded.column<ldi::disparity_column>();
+        ldi::buffer<std::int32_t> nearest(lifted.size(), ldi::no_pixel);
+        const ldi::buffer<float>& disparity = expanded.column<ldi::disparity_column>();
         for (std::size_t i = 0; i < g.size(); ++i) {
             std::int32_t& n = nearest[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])];
             if (n == ldi::no_pixel || disparity[static_cast<std::size_t>(n)] < disparity[i]) n = static_cast<std::int32_t>(i);

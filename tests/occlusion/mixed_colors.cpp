@@ -41,9 +41,9 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
         options.background_margin = static_cast<int>(random() % 5);
         ldi::mark_mixed_colors(layers, options);
         // Both margins together are at most 8 steps wide where a surface is in front on one side and behind on the other.
-        std::vector<std::uint8_t> reached = layers.column<ldi::known_column>();
+        ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>();
         for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
-            const std::vector<std::uint8_t> before = reached;
+            const ldi::buffer<std::uint8_t> before = reached;
             for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i)
                 for (ldi::side s : ldi::all_sides)
                     if (const std::int32_t n = layers.topology.neighbor(i, s);

@@ -68,12 +68,12 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
         const view v = own_view(layers.topology), from = random_view(v, random);
         const peeled_layers peeled = peel(layers, v, range, from);
         const graph& g = peeled.layers.topology;
-        const std::vector<float>& disparity = peeled.layers.column<disparity_column>();
+        const buffer<float>& disparity = peeled.layers.column<disparity_column>();
         REQUIRE(!validate_canonical(g, disparity));
         for (const float d : disparity) REQUIRE((d >= 0 && d <= 1));
 
         const rendering seen = render_layers(layers, v, range, from);
-        std::vector<std::int32_t> front(seen.depth.size(), no_pixel);
+        buffer<std::int32_t> front(seen.depth.size(), no_pixel);
         for (std::size_t i = 0; i < g.size(); ++i) {
             std::int32_t& nearest =
                 front[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])];

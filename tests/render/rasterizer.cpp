@@ -72,7 +72,7 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
         const auto snap = [&](std::int64_t v) { return seed % 3 == 0 ? v / (one / 2) * (one / 2) : v; };
         std::vector<detail::screen_vertex> ring;
         const auto add_side = [&](std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) {
-            std::vector<std::int64_t> cuts{0};
+            buffer<std::int64_t> cuts{0};
             for (std::int64_t i = random.integer(0, 6); i > 0; --i) cuts.push_back(snap(random.integer(0, side * one)));
             std::sort(cuts.begin(), cuts.end());
             for (const std::int64_t c : cuts) {
@@ -85,7 +85,7 @@ TEST_CASE("every sample of a triangulated square belongs to exactly one triangle
         add_side(0, 0, end, 0), add_side(end, 0, end, end), add_side(end, end, 0, end), add_side(0, end, 0, 0);
         detail::screen_vertex center;
         center.x = snap(random.integer(1, end - 1)), center.y = snap(random.integer(1, end - 1));
-        std::vector<int> count(static_cast<std::size_t>(side * side), 0);
+        buffer<int> count(static_cast<std::size_t>(side * side), 0);
         for (std::size_t i = 0; i < ring.size(); ++i) {
             const detail::screen_triangle t{center, ring[i], ring[(i + 1) % ring.size()]};
             REQUIRE(detail::signed_area(t) >= 0);
@@ -105,7 +105,7 @@ TEST_CASE("spans hold the samples whose edge functions say so") {
         for (detail::screen_vertex& v : t) v.x = random.integer(-2000, 6000), v.y = random.integer(-2000, 6000);
         if (detail::signed_area(t) == 0) continue;
         if (detail::signed_area(t) < 0) std::swap(t[1], t[2]);
-        std::vector<int> count(16 * 16, 0);
+        buffer<int> count(16 * 16, 0);
         detail::for_each_span(t, 16, 0, 16, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
             REQUIRE((y >= 0 && y < 16 && first >= 0 && last <= 16));
             for (std::int64_t x = first; x < last; ++x) ++count[static_cast<std::size_t>(y * 16 + x)];

@@ -21,7 +21,7 @@ TEST_CASE("the T-junction has three layers where it says") {
     for (std::int32_t y = 0; y < h; y += 3)
         for (std::int32_t x = 0; x < w; x += 3) {
             const double px = x + 0.5, py = y + 0.5;
-            std::vector<std::int32_t> expected;
+            buffer<std::int32_t> expected;
             if (px < 0.4 * w) expected.push_back(0);
             if (py > 0.55 * h && px > 0.1 * w) expected.push_back(1);
             expected.push_back(2);

@@ -16,13 +16,13 @@ struct random_bytes {
     int in(int least, int most) { return std::uniform_int_distribution<int>(least, most)(engine); }
     std::size_t size_in(int least, int most) { return static_cast<std::size_t>(in(least, most)); }
     std::uint8_t byte(int least = 0, int most = 255) { return static_cast<std::uint8_t>(in(least, most)); }
-    std::vector<std::uint8_t> bytes(std::size_t count, int least = 0, int most = 255) {
-        std::vector<std::uint8_t> result(count);
+    ldi::buffer<std::uint8_t> bytes(std::size_t count, int least = 0, int most = 255) {
+        ldi::buffer<std::uint8_t> result(count);
         for (std::uint8_t& value : result) value = byte(least, most);
         return result;
     }
-    std::vector<std::int32_t> integers(std::size_t count, int least, int most) {
-        std::vector<std::int32_t> result(count);
+    ldi::buffer<std::int32_t> integers(std::size_t count, int least, int most) {
+        ldi::buffer<std::int32_t> result(count);
         for (std::int32_t& value : result) value = in(least, most);
         return result;
     }

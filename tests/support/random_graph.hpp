@@ -19,7 +19,7 @@ namespace ldi::testing {
 /// A graph and one disparity a pixel, no two the same, so that its canonical order does not depend on the order it had.
 struct random_layers {
     graph topology;
-    std::vector<float> disparity;
+    buffer<float> disparity;
 };
 
 /// A number in [0, bound). The standard distributions differ between standard libraries; this one does not.
@@ -31,8 +31,8 @@ inline bool chance(std::mt19937& random, std::int32_t percent) { return below(ra
 
 inline side random_side(std::mt19937& random) { return all_sides[below(random, 4)]; }
 
-inline std::vector<std::int32_t> random_permutation(std::mt19937& random, std::size_t count) {
-    std::vector<std::int32_t> order(count);
+inline buffer<std::int32_t> random_permutation(std::mt19937& random, std::size_t count) {
+    buffer<std::int32_t> order(count);
     std::iota(order.begin(), order.end(), 0);
     for (std::size_t i = count; i > 1; --i)
         std::swap(order[i - 1], order[static_cast<std::size_t>(below(random, static_cast<std::int32_t>(i)))]);
@@ -66,11 +66,11 @@ public:
     const graph& result() const { return g_; }
 
     /// A fully linked rectangle, cut off at the lattice's border. Returns its pixels, row-major.
-    std::vector<std::int32_t> add_sheet(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
+    buffer<std::int32_t> add_sheet(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
         const std::int32_t right = std::min<std::int32_t>(x + width, g_.width),
                            bottom = std::min<std::int32_t>(y + height, g_.height);
         x = std::max<std::int32_t>(x, 0), y = std::max<std::int32_t>(y, 0);
-        std::vector<std::int32_t> pixels;
+        buffer<std::int32_t> pixels;
         for (std::int32_t row = y; row < bottom; ++row)
             for (std::int32_t column = x; column < right; ++column) {
                 pixels.push_back(g_.add_pixel(column, row));
@@ -98,7 +98,7 @@ public:
         // The sheet touches the seam with the edge that faces `from`, anywhere along it.
         const std::int32_t left = s == side::right ? x : s == side::left ? x - width + 1 : x - below(random_, width);
         const std::int32_t top = s == side::down ? y : s == side::up ? y - height + 1 : y - below(random_, height);
-        const std::vector<std::int32_t> sheet = add_sheet(left, top, width, height);
+        const buffer<std::int32_t> sheet = add_sheet(left, top, width, height);
         // The seam: from the first pair along both edges, for as long as both surfaces go on side by side.
         const auto there = std::find_if(sheet.begin(), sheet.end(), [&](std::int32_t p) { return x_of(p) == x && y_of(p) == y; });
         g_.link(from, s, *there);
@@ -130,11 +130,11 @@ public:
     /// Square turns around the lattice point (x, y), of `radius` pixels to each side; above the point each turn is linked to the
     /// next, so that walking round it leads to another layer.
     void add_helix(std::int32_t x, std::int32_t y, std::int32_t radius, std::int32_t turns) {
-        std::vector<std::vector<std::int32_t>> turn;
+        buffer<buffer<std::int32_t>> turn;
         for (std::int32_t t = 0; t < turns; ++t) turn.push_back(add_sheet(x - radius, y - radius, 2 * radius, 2 * radius));
         std::vector<std::pair<std::int32_t, std::int32_t>>
             seams;  // of each turn in turn: the pixel left of the seam, and right of it
-        for (const std::vector<std::int32_t>& pixels : turn)
+        for (const buffer<std::int32_t>& pixels : turn)
             for (const std::int32_t p : pixels)
                 if (x_of(p) == x - 1 && y_of(p) < y && g_.neighbor(p, side::right) != no_pixel)
                     seams.emplace_back(p, g_.neighbor(p, side::right));
@@ -184,7 +184,7 @@ public:
     }
 
     void drop_pixels(std::int32_t percent) {
-        std::vector<std::int32_t> keep, dropped;
+        buffer<std::int32_t> keep, dropped;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g_.size()); ++i)
             (chance(random_, percent) ? dropped : keep).push_back(i);
         for (const std::int32_t i : dropped)

@@ -28,7 +28,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
 
     // Blocks belong to one chart each, with room for the padding.
     const std::int32_t padding = options.padding.filter_padding;
-    std::vector<std::int32_t> owner(rows / 16 * (columns / 16), -1);
+    buffer<std::int32_t> owner(rows / 16 * (columns / 16), -1);
     bool disjoint = true;
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         const chart& here = charts.charts[c];
@@ -47,7 +47,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     CHECK(disjoint);
 
     // Every pixel stands at its texel, and no other texel claims to be one.
-    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1.0F);
+    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1.0F);
     const auto lattice = [&](std::size_t i) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
@@ -138,7 +138,7 @@ TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
     const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
     atlas_options options;
     options.max_side = 112;
-    CHECK(make_atlas(layers, charts, options).color.shape(0) == 112);
+    CHECK(make_atlas(layers, charts, options).color.height() == 112);
     options.max_side = 111;
     CHECK_THROWS_AS(make_atlas(layers, charts, options), error);
     options = {};

@@ -25,7 +25,7 @@ std::vector<rectangle_size> random_rectangles(std::mt19937& random, std::int32_t
 /// Every unit square of the sheet is covered at most once, and all that should be covered is.
 void check_packing(const std::vector<rectangle_size>& sizes, const packing& packed) {
     REQUIRE(packed.corners.size() == sizes.size());
-    std::vector<int> covered(static_cast<std::size_t>(packed.sheet.width) * static_cast<std::size_t>(packed.sheet.height), 0);
+    buffer<int> covered(static_cast<std::size_t>(packed.sheet.width) * static_cast<std::size_t>(packed.sheet.height), 0);
     for (std::size_t i = 0; i < sizes.size(); ++i) {
         const rectangle_corner c = packed.corners[i];
         REQUIRE(c.x >= 0);

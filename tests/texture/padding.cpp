@@ -153,9 +153,9 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
             // All colors that links of the chart lead to, by texel.
             std::map<std::pair<std::int32_t, std::int32_t>, std::set<rgb>> reached;
             std::set<std::int32_t> seen(c.pixels.begin(), c.pixels.end());
-            std::vector<std::int32_t> wave = c.pixels;
+            buffer<std::int32_t> wave = c.pixels;
             for (std::int32_t step = 0; step < options.filter_padding; ++step) {
-                std::vector<std::int32_t> next;
+                buffer<std::int32_t> next;
                 for (std::int32_t pixel : wave)
                     for (side s : all_sides) {
                         const std::int32_t other = g.neighbor(pixel, s);

@@ -31,9 +31,9 @@ const ldi::graph& image() {
     return g;
 }
 
-std::vector<float> random_floats(std::size_t count) {
+ldi::buffer<float> random_floats(std::size_t count) {
     std::mt19937 random(1);
-    std::vector<float> values(count);
+    ldi::buffer<float> values(count);
     for (float& value : values) value = static_cast<float>(random() % 2001) / 1000.0F - 1.0F;
     return values;
 }
@@ -70,11 +70,11 @@ struct layer {
 
 void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::span<const ldi::convolution_source> sources) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
-    const std::vector<float> weights = random_floats(l.outputs * l.inputs * elements), bias = random_floats(l.outputs);
+    const ldi::buffer<float> weights = random_floats(l.outputs * l.inputs * elements), bias = random_floats(l.outputs);
     const ldi::conv_f32_weights packed = ldi::pack_convolution(ldi::best_isa(), weights, bias, l.kernel_size, ldi::relu);
     const ldi::convolution_plan plan =
         l.stride == 2 ? ldi::plan_convolution(g, l.kernel_size, ldi::coarsen(g)) : ldi::plan_convolution(g, l.kernel_size);
-    std::vector<float> result(plan.output_count * l.outputs);
+    ldi::buffer<float> result(plan.output_count * l.outputs);
     ldi::serial_executor one_thread;
     for (auto _ : state) {
         if (l.is_partial)
@@ -90,15 +90,15 @@ void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::
 
 void convolution(benchmark::State& state, const layer& l) {
     const ldi::graph& g = l.on_image ? image() : photo();
-    const std::vector<float> values = random_floats(g.size() * l.inputs);
+    const ldi::buffer<float> values = random_floats(g.size() * l.inputs);
     const ldi::convolution_source source{values, l.inputs, {}, {}};
     measure(state, l, g, std::span(&source, 1));
 }
 
 void masked(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
-    const std::vector<float> values = random_floats(g.size() * l.inputs);
-    std::vector<std::uint8_t> mask(g.size());
+    const ldi::buffer<float> values = random_floats(g.size() * l.inputs);
+    ldi::buffer<std::uint8_t> mask(g.size());
     for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i / 100 % 10 != 0 ? 1 : 0;
     const ldi::convolution_source source{values, l.inputs, {}, mask};
     measure(state, l, g, std::span(&source, 1));
@@ -108,7 +108,7 @@ void masked(benchmark::State& state, const layer& l) {
 void decoder(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
     const std::size_t beside = l.inputs / 3, above = l.inputs - beside;
-    const std::vector<float> coarse = random_floats(coarse_photo().kept.size() * above), fine = random_floats(g.size() * beside);
+    const ldi::buffer<float> coarse = random_floats(coarse_photo().kept.size() * above), fine = random_floats(g.size() * beside);
     const ldi::convolution_source sources[] = {{coarse, above, coarse_photo().parent, {}}, {fine, beside, {}, {}}};
     measure(state, l, g, sources);
 }

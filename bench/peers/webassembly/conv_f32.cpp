@@ -19,8 +19,8 @@ struct shape {
     std::size_t kernel_size, channels, outputs;
 };
 
-std::vector<float> noise(std::size_t count) {
-    std::vector<float> values(count);
+ldi::buffer<float> noise(std::size_t count) {
+    ldi::buffer<float> values(count);
     std::uint32_t state = 1;
     for (float& v : values) v = static_cast<float>((state = state * 1664525U + 1013904223U) >> 8) / 16777216.0F - 0.5F;
     return values;
@@ -29,13 +29,13 @@ std::vector<float> noise(std::size_t count) {
 void measure(ldi::isa set, const shape& s) {
     using clock = std::chrono::steady_clock;
     const std::size_t pixels = 1152, row = (pixels + s.kernel_size - 1) * s.channels, inputs = s.kernel_size * s.channels;
-    const std::vector<float> input = noise(s.kernel_size * row);
+    const ldi::buffer<float> input = noise(s.kernel_size * row);
     const auto weights =
         ldi::pack_conv_f32(set, noise(s.outputs * s.kernel_size * inputs), noise(s.outputs), s.kernel_size, ldi::relu);
     std::vector<const float*> rows;
     for (std::size_t r = 0; r < s.kernel_size; ++r) rows.push_back(input.data() + r * row);
-    std::vector<float> result(pixels * s.outputs);
-    std::vector<double> seconds;
+    ldi::buffer<float> result(pixels * s.outputs);
+    ldi::buffer<double> seconds;
     double all = 0.0;
     while (seconds.size() < 20 || all < 0.5) {
         const auto start = clock::now();

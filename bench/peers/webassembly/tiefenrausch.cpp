@@ -24,7 +24,7 @@ int main(int count, char** arguments) {
     std::copy(photo.values.begin(), photo.values.end(), rgb.data());
 
     ldi::serial_executor serial;
-    std::vector<double> times;
+    ldi::buffer<double> times;
     std::size_t different = 0;
     for (std::size_t i = 0; i < runs + 2; ++i) {  // two to warm up
         const auto start = steady_clock::now();

@@ -23,11 +23,11 @@ constexpr std::uint8_t label_known = 0, label_absent = 2;
 bool read(void* values, std::size_t size) { return std::fread(values, 1, size, stdin) == size; }
 
 /// A layered image of one layer, without the pixels that do not exist.
-ldi::photo_layers existing(const std::vector<std::uint8_t>& color, const std::vector<std::uint8_t>& labels, std::int32_t width,
+ldi::photo_layers existing(const ldi::buffer<std::uint8_t>& color, const ldi::buffer<std::uint8_t>& labels, std::int32_t width,
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
     layers.column<ldi::color_column>() = color;
-    std::vector<std::uint8_t> exists(labels.size());
+    ldi::buffer<std::uint8_t> exists(labels.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
         layers.column<ldi::known_column>()[i] = labels[i] == label_known ? 1 : 0;
         exists[i] = labels[i] != label_absent ? 1 : 0;
@@ -40,7 +40,7 @@ void serve(const ldi::farbrausch& network) {
     ldi::serial_executor threads;
     for (std::int32_t size[2]; read(size, sizeof size);) {
         const std::size_t pixels = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
-        std::vector<std::uint8_t> color(3 * pixels), labels(pixels), filled(3 * pixels);
+        ldi::buffer<std::uint8_t> color(3 * pixels), labels(pixels), filled(3 * pixels);
         if (!read(color.data(), color.size()) || !read(labels.data(), labels.size()))
             throw std::runtime_error("a picture that is cut off");
         ldi::photo_layers layers = existing(color, labels, size[1], size[0]);

@@ -28,7 +28,7 @@ namespace {
 class weight_file {
 public:
     template <class Scalar>
-    void add(const std::string& name, const std::vector<std::size_t>& shape, const std::vector<Scalar>& values) {
+    void add(const std::string& name, const ldi::buffer<std::size_t>& shape, const std::vector<Scalar>& values) {
         const char* type = std::is_same_v<Scalar, float> ? "F32" : std::is_same_v<Scalar, std::int32_t> ? "I32" : "U8";
         const std::size_t begin = data_.size();
         data_.resize(begin + values.size() * sizeof(Scalar));
@@ -61,9 +61,9 @@ row row_of(const ldi::nearest_resize_description& r) { return {3, r.input, 0, 0,
 
 weight_file file_of(const ldi::network_description& network) {
     weight_file file;
-    std::vector<std::int32_t> rows;
-    std::vector<float> scales{network.input.scale}, weight_scales;
-    std::vector<std::uint8_t> zero_points{network.input.zero_point}, weight_zero_points;
+    ldi::buffer<std::int32_t> rows;
+    ldi::buffer<float> scales{network.input.scale}, weight_scales;
+    ldi::buffer<std::uint8_t> zero_points{network.input.zero_point}, weight_zero_points;
     for (std::size_t i = 0; i < network.operators.size(); ++i) {
         const ldi::operator_description& op = network.operators[i];
         for (const std::size_t number : std::visit([](const auto& kind) { return row_of(kind); }, op.kind))
@@ -87,7 +87,7 @@ weight_file file_of(const ldi::network_description& network) {
     return file;
 }
 
-std::vector<std::uint8_t> read(const std::filesystem::path& path) {
+ldi::buffer<std::uint8_t> read(const std::filesystem::path& path) {
     const std::vector<std::byte> bytes = ldi::read_file(path);
     const auto* const first = reinterpret_cast<const std::uint8_t*>(bytes.data());
     return {first, first + bytes.size()};

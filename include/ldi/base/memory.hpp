@@ -204,6 +204,7 @@ public:
         size_ += count;
         return values_ + at;
     }
+    T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
         static_assert(std::is_trivially_copyable_v<T>);
         if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));

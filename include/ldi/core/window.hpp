@@ -22,7 +22,7 @@ struct reached_element {
 };
 }  // namespace detail
 
-/// Fills `window` with the pixels under a kernel centerd on `pixel`.
+/// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies

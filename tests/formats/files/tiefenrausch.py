@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the files beside it that tests/io/tiefenrausch_file.cpp compares with: a student of examples/training/tiefenrausch_small with
+"""Writes the files beside it that tests/formats/tiefenrausch_file.cpp compares with: a student of examples/training/tiefenrausch_small with
 few channels and random weights, quantised and exported as trained ones are, and what exact integers make of a photograph. Needs Debian's
 python3-torch.
 

@@ -14,10 +14,7 @@
 
 namespace {
 
-using ldi::channels;
-using ldi::height;
 using ldi::image;
-using ldi::width;
 
 struct random_source {
     std::mt19937 engine;
@@ -313,7 +310,7 @@ TEST_CASE("progress rises to 1") {
     random_source random{std::mt19937(12)};
     const ldi::network_description description = network_of_blocks(random, 3);
     ldi::serial_executor serial;
-    std::vector<float> seen;
+    ldi::buffer<float> seen;
     ldi::quantized_network(description).run(random.picture(8, 8, description.input_channels), serial, [&](float fraction) {
         seen.push_back(fraction);
     });

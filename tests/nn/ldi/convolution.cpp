@@ -12,8 +12,8 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-using floats = std::vector<float>;
-using indices = std::vector<std::int32_t>;
+using floats = buffer<float>;
+using indices = buffer<std::int32_t>;
 
 floats random_floats(std::mt19937& random, std::size_t count) {
     floats values(count);
@@ -26,7 +26,7 @@ struct input_tensor {
     floats values;
     std::size_t channels;
     indices rows;
-    std::vector<std::uint8_t> mask;
+    buffer<std::uint8_t> mask;
 
     convolution_source source() const { return {values, channels, rows, mask}; }
     std::int32_t row_of(std::int32_t pixel) const {
@@ -93,7 +93,7 @@ constexpr float untouched = 12345.0F;
 
 struct outcome {
     floats values;
-    std::vector<std::uint8_t> mask;
+    buffer<std::uint8_t> mask;
 };
 
 outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const std::vector<input_tensor>& tensors,
@@ -101,7 +101,7 @@ outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const
     serial_executor threads;
     std::vector<convolution_source> sources;
     for (const input_tensor& t : tensors) sources.push_back(t.source());
-    outcome result{floats(plan.output_count * weights.outputs, untouched), std::vector<std::uint8_t>(plan.output_count, 99)};
+    outcome result{floats(plan.output_count * weights.outputs, untouched), buffer<std::uint8_t>(plan.output_count, 99)};
     if (is_partial)
         convolve_partially(plan, weights, sources, result.values, result.mask, threads);
     else
@@ -119,9 +119,9 @@ indices random_subset(std::mt19937& random, std::size_t count) {
     return subset;
 }
 
-std::vector<std::uint8_t> random_mask(std::mt19937& random, std::size_t count) {
+buffer<std::uint8_t> random_mask(std::mt19937& random, std::size_t count) {
     const std::int32_t percent = testing::below(random, 101);
-    std::vector<std::uint8_t> mask(count);
+    buffer<std::uint8_t> mask(count);
     for (std::uint8_t& m : mask) m = testing::chance(random, percent) ? 1 : 0;
     return mask;
 }
@@ -314,7 +314,7 @@ TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in floa
         serial_executor threads;
         floats expected(plan.output_count * l.outputs), result(expected.size());
         std::vector<bfloat16> rounded(expected.size());
-        std::vector<std::uint8_t> expected_mask(plan.output_count), mask(plan.output_count);
+        buffer<std::uint8_t> expected_mask(plan.output_count), mask(plan.output_count);
         convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
         for (const isa target : ldi_test::available_isas()) {
             if (!multiplies_bfloat16(target)) continue;
@@ -348,7 +348,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
         const quantized_source quantized[] = {{above, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}},
                                               {beside, {0.5F, static_cast<std::uint8_t>(testing::below(random, 256))}}};
         const auto any_bytes = [&](std::size_t count, const quantized_source& q, floats& stand_for) {
-            std::vector<std::uint8_t> bytes(count);
+            buffer<std::uint8_t> bytes(count);
             for (std::uint8_t& b : bytes) {
                 b = static_cast<std::uint8_t>(testing::below(random, 256));
                 stand_for.push_back(static_cast<float>(b - q.values.zero_point) * q.values.scale);
@@ -356,7 +356,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
             return bytes;
         };
         floats coarse_floats, fine_floats;
-        const std::vector<std::uint8_t> coarse_bytes = any_bytes(coarse.kept.size() * above, quantized[0], coarse_floats),
+        const buffer<std::uint8_t> coarse_bytes = any_bytes(coarse.kept.size() * above, quantized[0], coarse_floats),
                                         fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
         const convolution_plan plan =
             testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
@@ -366,7 +366,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
             {fine_bytes, beside, {}, {}, quantized[1].values.zero_point}};
         serial_executor threads;
         floats expected(plan.output_count * l.outputs), numbers(expected.size());
-        std::vector<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);
+        buffer<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);
         convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
         const quantization of_numbers{2.0F, 0}, of_bytes{64.0F, 100};
         for (const isa target : ldi_test::available_isas()) {
@@ -391,7 +391,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
 TEST_CASE("a window with nothing in it that counts gives zero, whatever the bias") {
     const graph g = make_grid(9, 9);
     const layer l{3, 1, 2, floats(18, 1.0F), {5.0F, -5.0F}, 1.0F};
-    input_tensor t{floats(81, 3.0F), 1, {}, std::vector<std::uint8_t>(81, 0)};
+    input_tensor t{floats(81, 3.0F), 1, {}, buffer<std::uint8_t>(81, 0)};
     t.mask[40] = 1;
     const outcome result = run(plan_convolution(g, 3), packed(l, best_isa()), {t}, true);
     CHECK(result.values[0] == 0.0F);

@@ -8,7 +8,7 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-using indices = std::vector<std::int32_t>;
+using indices = buffer<std::int32_t>;
 
 /// The windows of all outputs of a plan; of outputs that are not in the plan, nothing.
 std::vector<indices> windows_of(const convolution_plan& plan) {
@@ -25,7 +25,7 @@ std::vector<indices> windows_of(const convolution_plan& plan) {
             indices window;
             for (std::size_t r = 0; r < k; ++r)
                 for (std::int32_t x = 0; x < plan.kernel_size; ++x)
-                    window.push_back(plan.rows.at(s * k + r) + plan.stride * i + x - plan.kernel_size / 2);
+                    window.push_back(plan.rows[s * k + r] + plan.stride * i + x - plan.kernel_size / 2);
             add(plan.segments[s].first + i, std::move(window));
         }
     }

@@ -8,10 +8,10 @@ using namespace ldi;
 
 TEST_CASE("a tensor is found by its name, type and shape, and what does not fit is named") {
     named_tensors weights;
-    weights.tensors["a"] = {{2, 1}, std::vector<float>{1.0F, 2.0F}};
-    weights.tensors["b"] = {{}, std::vector<std::int8_t>{3}};
-    CHECK(tensor_values<float>(weights, "a", {2, 1}) == std::vector<float>{1.0F, 2.0F});
-    CHECK(tensor_values<std::int8_t>(weights, "b", {}) == std::vector<std::int8_t>{3});
+    weights.tensors["a"] = {{2, 1}, buffer<float>{1.0F, 2.0F}};
+    weights.tensors["b"] = {{}, buffer<std::int8_t>{3}};
+    CHECK(tensor_values<float>(weights, "a", {2, 1}) == buffer<float>{1.0F, 2.0F});
+    CHECK(tensor_values<std::int8_t>(weights, "b", {}) == buffer<std::int8_t>{3});
     CHECK_THROWS_WITH(tensor_values<float>(weights, "c", {2}),
                       Catch::Contains("tensor c") && Catch::Contains("float, 2") && Catch::Contains("no such tensor"));
     CHECK_THROWS_WITH(tensor_values<float>(weights, "a", {2}),
@@ -22,8 +22,8 @@ TEST_CASE("a tensor is found by its name, type and shape, and what does not fit 
 
 TEST_CASE("a tensor that the network does not have is named") {
     named_tensors weights;
-    weights.tensors["a"] = {{}, std::vector<float>{1.0F}};
-    weights.tensors["b"] = {{}, std::vector<float>{1.0F}};
+    weights.tensors["a"] = {{}, buffer<float>{1.0F}};
+    weights.tensors["b"] = {{}, buffer<float>{1.0F}};
     check_no_others(weights, std::array{"a", "b", "c"});
     CHECK_THROWS_WITH(check_no_others(weights, std::array{"a"}), Catch::Contains("tensor b"));
 }
