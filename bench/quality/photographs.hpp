@@ -83,8 +83,8 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
             hidden[i].push_back(static_cast<double>(made.layers.size()) / seen - 1);
             strip.push_back(shown(made.disparity));
             if (i + 1 < networks.size()) continue;
-            const float movement = 0.04F * static_cast<float>(std::max(made.camera.width, made.camera.height));
-            const ldi::view beside = ldi::moved_view(made.camera, made.range, 1, -movement);
+            const float movement = 0.04F * static_cast<float>(std::max(made.layers.camera.width, made.layers.camera.height));
+            const ldi::view beside = ldi::moved_view(made.layers.camera, made.layers.range, 1, -movement);
             strip.push_back(ldi::rasterize(made.mesh, made.atlas.color, beside, {}, threads).color);
         }
         ldi::save_png(folder / ("photograph_" + file.stem().string() + ".png"), side_by_side(strip, 288, threads));

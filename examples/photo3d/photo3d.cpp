@@ -183,7 +183,7 @@ void run(const arguments& a) {
     clock.begin("encoding");
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
     ldi::glb_options glb_options;
-    glb_options.camera = result.camera;
+    glb_options.camera = result.layers.camera;
     const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 

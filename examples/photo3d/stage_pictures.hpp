@@ -173,7 +173,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     raster.background = {255, 0, 255};
     for (const auto& [name, shift] : {std::pair{"12_view_from_left", 40.0F}, {"13_view_from_right", -40.0F}})
         save(name,
-             rasterize(result.mesh, result.atlas.color, moved_view(result.camera, result.range, 1.0F, shift), raster).color);
+             rasterize(result.mesh, result.atlas.color, moved_view(result.layers.camera, result.layers.range, 1.0F, shift), raster).color);
 }
 
 }  // namespace ldi::examples

@@ -229,24 +229,24 @@ inline std::vector<view> frame_views(const photo3d& result, const video_options&
     for (std::size_t i = 0; i < frames; ++i) {
         const float time = static_cast<float>(i) / static_cast<float>(std::max<std::size_t>(loops ? frames : frames - 1, 1));
         const view from =
-            is_named ? view_on_path(camera_paths().at(v.path), result.camera, result.range, time, options)
-                     : view_between(keys, result.camera, keys.front().time + time * (keys.back().time - keys.front().time));
-        const float eyes = v.stereo == "none" ? 0.0F : eye_distance(result.camera, result.range);
+            is_named ? view_on_path(camera_paths().at(v.path), result.layers.camera, result.layers.range, time, options)
+                     : view_between(keys, result.layers.camera, keys.front().time + time * (keys.back().time - keys.front().time));
+        const float eyes = v.stereo == "none" ? 0.0F : eye_distance(result.layers.camera, result.layers.range);
         if (eyes > 0) views.push_back(beside(from, -0.5F * eyes));
         views.push_back(eyes > 0 ? beside(from, 0.5F * eyes) : from);
     }
     // A path that leaves the photo's surroundings has no frame; then the border shows.
-    const float frame = frame_within(views, result.camera, result.range);
+    const float frame = frame_within(views, result.layers.camera, result.layers.range);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
     const float scale =
-        std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.camera.width, result.camera.height)));
+        std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.layers.camera.width, result.layers.camera.height)));
     const auto even = [&](std::int32_t length) {
         return std::max(2 * static_cast<std::int32_t>(std::lround(0.5F * scale * static_cast<float>(length))), 2);
     };
     for (view& from : views) {
         from = framed(from, frame > 0.5F ? frame : 1.0F);
         from.camera.focal_length *= scale;
-        from.camera.width = even(result.camera.width), from.camera.height = even(result.camera.height);
+        from.camera.width = even(result.layers.camera.width), from.camera.height = even(result.layers.camera.height);
     }
     return views;
 }
@@ -255,9 +255,9 @@ template <executor Executor>
 void save_video(const photo3d& result, const video_options& v, Executor& threads) {
     if (!v.depth_map.empty()) {
         view own;
-        own.camera = result.camera;
+        own.camera = result.layers.camera;
         const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster_options(), threads);
-        save_png(v.depth_map, disparity_map(seen.depth, result.range));
+        save_png(v.depth_map, disparity_map(seen.depth, result.layers.range));
     }
     if (v.output.empty()) return;
     const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
@@ -266,7 +266,7 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
     const std::vector<view> views = frame_views(result, v, frames);
     raster_options raster;
     raster.samples = 2;
-    raster.z_near = 0.01F * result.range.z_near;
+    raster.z_near = 0.01F * result.layers.range.z_near;
     const auto draw = [&](std::size_t i) {
         return rasterize(result.mesh, result.atlas.color, views[i], raster, threads).color;
     };

@@ -36,7 +36,7 @@ namespace ldi {
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
-concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
+concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const serial_executor& threads,
                                    const observer& watcher) {
     { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
     { t.quantization_step() } -> std::convertible_to<float>;
@@ -54,7 +54,7 @@ struct given_disparity {
     image<float> map;  ///< h x w x 1, finite, larger is nearer
 
     template <executor Executor>
-    image<float> disparity(const image<std::uint8_t>&, Executor&, const observer&) const {
+    image<float> disparity(image_view<const std::uint8_t>, Executor&, const observer&) const {
         return map;
     }
     float quantization_step() const { return 1.0F; }
@@ -68,11 +68,11 @@ struct photo3d_options {
     /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
     /// wide, before it is applied at the photo's.
     int passes_before_resampling = 2;
+    surface_rule surface;
     normalize_options normalize;
     resample_options resample;
     weighted_median_options median;
     middle_component_options components;
-    lift_options lift;
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
@@ -92,8 +92,6 @@ struct photo3d {
     photo_layers layers;
     chart_set charts;
     texture_atlas atlas;
-    pinhole_camera camera;
-    depth_range range;
     textured_mesh mesh;
 };
 
@@ -106,9 +104,9 @@ struct photo3d {
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
-photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
-    LDI_ASSERT(photo.size() > 0 && photo.channels() == 3);
+    LDI_ASSERT(!photo.empty() && photo.channels() == 3);
     if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
               std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
@@ -119,35 +117,33 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
         std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    result.range = normalized.range;
     const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
     result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
-    result.camera.height = static_cast<std::int32_t>(result.photo.height());
-    result.camera.width = static_cast<std::int32_t>(result.photo.width());
-    result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
     watcher.report("depth estimation", 1.0F);
 
     watcher.report("depth filter", 0.0F);
     if (result.estimated.height() < result.photo.height()) {
         image<float> sharpened = result.estimated;
         for (int pass = 0; pass < options.passes_before_resampling; ++pass)
-            sharpened = weighted_median(sharpened, options.median, threads);
-        result.resampled = resample_to_photo(sharpened, result.photo, options.resample, threads);
+            sharpened = weighted_median(sharpened, options.surface, options.median, threads);
+        result.resampled = resample_to_photo(sharpened, result.photo, options.surface, options.resample, threads);
     } else {
-        result.resampled = resample_to_photo(result.estimated, result.photo, options.resample, threads);
+        result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
     }
-    result.disparity = weighted_median(result.resampled, options.median, threads);
+    result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     watcher.report("depth filter", 1.0F);
 
     watcher.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.components);
+    merge_middle_components(result.disparity, options.surface, options.components);
     watcher.report("connected components", 1.0F);
 
     watcher.report("occluded geometry", 0.0F);
-    photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
-    result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
-    close_spurious_discontinuities(lifted.topology, result.curves);
+    photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
+    lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
+    lifted.range = normalized.range;
+    result.curves = find_discontinuity_curves(lifted, options.curves);
+    close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
@@ -157,7 +153,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("color inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
+    result.charts = make_charts(result.layers, options.charts);
     watcher.report("chart generation", 1.0F);
 
     watcher.report("chart padding", 0.0F);
@@ -165,10 +161,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("chart padding", 1.0F);
 
     watcher.report("meshing", 0.0F);
-    result.mesh =
-        build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
-                   static_cast<std::int32_t>(result.atlas.color.width()), static_cast<std::int32_t>(result.atlas.color.height()),
-                   result.camera, result.range, options.mesh, threads);
+    result.mesh = build_mesh(result.layers, result.charts, result.atlas, options.mesh, threads);
     watcher.report("meshing", 1.0F);
     return result;
 }

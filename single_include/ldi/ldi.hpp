@@ -377,6 +377,278 @@ struct depth_range {
 
 }  // namespace ldi
 
+// ---- ldi/base/memory.hpp
+// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes its
+// memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+
+#include <cstring>
+#include <initializer_list>
+#include <new>
+
+namespace ldi {
+
+/// Where memory comes from. Must live as long as anything that was allocated from it. Its functions are called on any thread that
+/// works for a stage.
+struct memory {
+    void* context = nullptr;
+    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
+    void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
+    /// Takes back what `allocate` returned for the same number of bytes.
+    void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
+};
+
+/// The start of a cache line, so that no vector load of packed values straddles two.
+inline constexpr std::size_t buffer_alignment = 64;
+
+namespace detail {
+
+inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+inline void release_to_system(void*, void* block, std::size_t) { std::free(block); }
+
+inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
+
+/// What this thread allocates from.
+inline const memory*& memory_of_thread() {
+    static thread_local const memory* current = &system_memory;
+    return current;
+}
+
+/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    static_cast<std::size_t>(i - i);
+};
+
+/// Apart from `buffer`, so that it is compiled once for all element types.
+[[noreturn]] inline void out_of_memory() {
+#if LDI_HAS_EXCEPTIONS
+    throw std::bad_alloc();
+#else
+    std::abort();
+#endif
+}
+
+}  // namespace detail
+
+/// What buffers on this thread are allocated from at present: the C library's memory unless a `memory_scope` says otherwise.
+inline const memory& current_memory() { return *detail::memory_of_thread(); }
+
+/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
+///
+///     ldi::memory_scope scope(my_engine_memory);
+///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
+class memory_scope {
+public:
+    explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    ~memory_scope() { detail::memory_of_thread() = before_; }
+    memory_scope(const memory_scope&) = delete;
+    memory_scope& operator=(const memory_scope&) = delete;
+
+private:
+    const memory* before_;
+};
+
+/// Asks for values that are not set, where a buffer would set them to zero otherwise.
+struct unset_t {};
+inline constexpr unset_t unset{};
+
+/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and gives it back
+/// there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types as they are; a
+/// moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without exceptions the program ends.
+template <class T>
+class buffer {
+public:
+    using value_type = T;
+    using iterator = T*;
+    using const_iterator = const T*;
+
+    buffer() = default;
+    explicit buffer(std::size_t count) { resize(count); }
+    buffer(std::size_t count, unset_t) { resize(count, unset); }
+    buffer(std::size_t count, const T& value) { resize(count, value); }
+    buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
+    template <detail::element_iterator Iterator>
+    buffer(Iterator first, Iterator last) {
+        append(first, last);
+    }
+    buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
+    buffer(buffer&& other) noexcept
+        : values_(std::exchange(other.values_, nullptr)),
+          size_(std::exchange(other.size_, 0)),
+          capacity_(std::exchange(other.capacity_, 0)),
+          from_(std::exchange(other.from_, nullptr)) {}
+    buffer& operator=(const buffer& other) {
+        if (this != &other) assign(other.begin(), other.end());
+        return *this;
+    }
+    buffer& operator=(buffer&& other) noexcept {
+        buffer(std::move(other)).swap(*this);
+        return *this;
+    }
+    ~buffer() { release(); }
+
+    std::size_t size() const { return size_; }
+    std::size_t capacity() const { return capacity_; }
+    bool empty() const { return size_ == 0; }
+    T* data() { return values_; }
+    const T* data() const { return values_; }
+    T* begin() { return values_; }
+    const T* begin() const { return values_; }
+    T* end() { return values_ + size_; }
+    const T* end() const { return values_ + size_; }
+
+    template <std::integral Index>
+    T& operator[](Index i) {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
+        return values_[static_cast<std::size_t>(i)];
+    }
+    template <std::integral Index>
+    const T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
+        return values_[static_cast<std::size_t>(i)];
+    }
+    T& front() { return (*this)[0]; }
+    const T& front() const { return (*this)[0]; }
+    T& back() { return (*this)[size_ - 1]; }
+    const T& back() const { return (*this)[size_ - 1]; }
+
+    /// New values are zero.
+    void resize(std::size_t count) {
+        change_size(count, [](void* place) { ::new (place) T(); });
+    }
+    /// New values are not set.
+    void resize(std::size_t count, unset_t) {
+        static_assert(std::is_trivially_default_constructible_v<T>);
+        change_size(count, [](void*) {});
+    }
+    void resize(std::size_t count, const T& value) {
+        change_size(count, [copy = value](void* place) { ::new (place) T(copy); });
+    }
+    void reserve(std::size_t count) {
+        if (count > capacity_) reallocate(count);
+    }
+    void clear() { destroy_from(0); }
+    void assign(std::size_t count, const T& value) {
+        const T copy = value;
+        clear();
+        resize(count, copy);
+    }
+    template <detail::element_iterator Iterator>
+    void assign(Iterator first, Iterator last) {
+        clear();
+        append(first, last);
+    }
+    void push_back(const T& value) { emplace_back(value); }
+    void push_back(T&& value) { emplace_back(std::move(value)); }
+    template <class... Arguments>
+    T& emplace_back(Arguments&&... arguments) {
+        if (size_ == capacity_) {
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            reallocate(grown(size_ + 1));
+            return *::new (static_cast<void*>(values_ + size_++)) T(std::move(made));
+        }
+        return *::new (static_cast<void*>(values_ + size_++)) T(std::forward<Arguments>(arguments)...);
+    }
+    void pop_back() {
+        --size_;
+        values_[size_].~T();
+    }
+    /// The range must not lie in this buffer.
+    template <detail::element_iterator Iterator>
+    void append(Iterator first, Iterator last) {
+        const std::size_t count = static_cast<std::size_t>(last - first);
+        if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
+        for (; first != last; ++first, ++size_) ::new (static_cast<void*>(values_ + size_)) T(static_cast<T>(*first));
+    }
+    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
+    template <detail::element_iterator Iterator>
+    T* insert(T* place, Iterator first, Iterator last) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at, count = static_cast<std::size_t>(last - first);
+        if (size_ + count > capacity_) reallocate(grown(size_ + count));
+        if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
+        for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        size_ += count;
+        return values_ + at;
+    }
+    T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
+    T* erase(T* first, T* last) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
+        size_ -= static_cast<std::size_t>(last - first);
+        return first;
+    }
+    T* erase(T* place) { return erase(place, place + 1); }
+
+    void swap(buffer& other) noexcept {
+        std::swap(values_, other.values_);
+        std::swap(size_, other.size_);
+        std::swap(capacity_, other.capacity_);
+        std::swap(from_, other.from_);
+    }
+    friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
+    friend bool operator==(const buffer& a, const buffer& b) {
+        if (a.size_ != b.size_) return false;
+        for (std::size_t i = 0; i < a.size_; ++i)
+            if (!(a.values_[i] == b.values_[i])) return false;
+        return true;
+    }
+
+private:
+    std::size_t grown(std::size_t needed) const {
+        const std::size_t more = capacity_ + capacity_ / 2 + 4;
+        return more > needed ? more : needed;
+    }
+
+    template <class Construct>
+    void change_size(std::size_t count, Construct construct) {
+        if (count < size_) destroy_from(count);
+        if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
+        for (; size_ < count; ++size_) construct(static_cast<void*>(values_ + size_));
+    }
+
+    void destroy_from(std::size_t count) {
+        if constexpr (!std::is_trivially_destructible_v<T>)
+            for (std::size_t i = count; i < size_; ++i) values_[i].~T();
+        size_ = count;
+    }
+
+    void reallocate(std::size_t capacity) {
+        if (from_ == nullptr) from_ = &current_memory();
+        if (capacity > static_cast<std::size_t>(-1) / 2 / sizeof(T)) detail::out_of_memory();
+        constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
+        T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
+        if (values == nullptr) detail::out_of_memory();
+        if constexpr (std::is_trivially_copyable_v<T>) {
+            if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
+        } else {
+            for (std::size_t i = 0; i < size_; ++i) {
+                ::new (static_cast<void*>(values + i)) T(std::move(values_[i]));
+                values_[i].~T();
+            }
+        }
+        if (values_ != nullptr) from_->release(from_->context, values_, capacity_ * sizeof(T));
+        values_ = values, capacity_ = capacity;
+    }
+
+    void release() {
+        if (values_ == nullptr) return;
+        destroy_from(0);
+        from_->release(from_->context, values_, capacity_ * sizeof(T));
+    }
+
+    T* values_ = nullptr;
+    std::size_t size_ = 0, capacity_ = 0;
+    const memory* from_ = nullptr;
+};
+
+}  // namespace ldi
+
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
@@ -411,15 +683,15 @@ constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::d
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
     std::int32_t width = 0, height = 0;               ///< of the lattice
-    std::vector<std::int32_t> x, y;                   ///< position, K each
-    std::vector<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
+    buffer<std::int32_t> x, y;                   ///< position, K each
+    buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
 
-    std::vector<std::int32_t>& neighbors(side s) {
-        return const_cast<std::vector<std::int32_t>&>(std::as_const(*this).neighbors(s));
+    buffer<std::int32_t>& neighbors(side s) {
+        return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s));
     }
-    const std::vector<std::int32_t>& neighbors(side s) const {
+    const buffer<std::int32_t>& neighbors(side s) const {
         switch (s) {
             case side::up: return up;
             case side::down: return down;
@@ -429,11 +701,11 @@ struct graph {
         return right;
     }
 
-    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[static_cast<std::size_t>(pixel)]; }
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
     /// Makes room for K pixels; new ones are unset.
     void resize(std::size_t count) {
-        for (std::vector<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+        for (buffer<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
     }
 
     /// Appends an unlinked pixel and returns its index.
@@ -445,17 +717,17 @@ struct graph {
 
     /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
     void link(std::int32_t a, side s, std::int32_t b) {
-        std::int32_t& there = neighbors(s)[static_cast<std::size_t>(a)];
-        std::int32_t& back = neighbors(opposite(s))[static_cast<std::size_t>(b)];
+        std::int32_t& there = neighbors(s)[a];
+        std::int32_t& back = neighbors(opposite(s))[b];
         LDI_ASSERT(there == no_pixel && back == no_pixel);
         there = b, back = a;
     }
 
     /// Removes the link of `a` on side `s`, if there is one.
     void unlink(std::int32_t a, side s) {
-        std::int32_t& there = neighbors(s)[static_cast<std::size_t>(a)];
+        std::int32_t& there = neighbors(s)[a];
         if (there == no_pixel) return;
-        neighbors(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
+        neighbors(opposite(s))[there] = no_pixel;
         there = no_pixel;
     }
 };
@@ -493,17 +765,17 @@ namespace ldi {
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
 ///            order does.
-inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
-    std::vector<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
+    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
     for (std::size_t i = 0; i < g.size(); ++i)
         if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
-    std::vector<std::int32_t> starts(first_run.back());
-    std::vector<std::size_t> next(first_run.begin(), first_run.end() - 1);
+    buffer<std::int32_t> starts(first_run.back());
+    buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) starts[next[static_cast<std::size_t>(g.y[i])]++] = static_cast<std::int32_t>(i);
+        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = static_cast<std::int32_t>(i);
 
     const auto before = [&](std::int32_t a, std::int32_t b) {
         const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
@@ -511,22 +783,22 @@ inline std::vector<std::int32_t> canonical_order(const graph& g, std::span<const
         if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
         return a < b;
     };
-    std::vector<std::int32_t> order;
+    buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
         const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
         const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
-            for (std::int32_t i = *start; i != no_pixel; i = g.right[static_cast<std::size_t>(i)]) order.push_back(i);
+            for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
     }
     return order;
 }
 
 /// A K x channels column in a new order.
 template <class Scalar>
-std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
-    std::vector<Scalar> result(order.size() * channels);
+buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int32_t> order, std::size_t channels = 1) {
+    buffer<Scalar> result(order.size() * channels);
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t c = 0; c < channels; ++c)
             result[i * channels + c] = column[static_cast<std::size_t>(order[i]) * channels + c];
@@ -536,18 +808,18 @@ std::vector<Scalar> reordered(const std::vector<Scalar>& column, std::span<const
 /// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
-    std::vector<std::int32_t> new_index(g.size());
-    for (std::size_t i = 0; i < order.size(); ++i) new_index[static_cast<std::size_t>(order[i])] = static_cast<std::int32_t>(i);
+    buffer<std::int32_t> new_index(g.size());
+    for (std::size_t i = 0; i < order.size(); ++i) new_index[order[i]] = static_cast<std::int32_t>(i);
     graph result;
     result.width = g.width, result.height = g.height;
     result.x = reordered(g.x, order), result.y = reordered(g.y, order);
     for (side s : all_sides) {
-        const std::vector<std::int32_t>& from = g.neighbors(s);
-        std::vector<std::int32_t>& to = result.neighbors(s);
+        const buffer<std::int32_t>& from = g.neighbors(s);
+        buffer<std::int32_t>& to = result.neighbors(s);
         to.resize(order.size());
         for (std::size_t i = 0; i < order.size(); ++i) {
-            const std::int32_t neighbor = from[static_cast<std::size_t>(order[i])];
-            to[i] = neighbor == no_pixel ? no_pixel : new_index[static_cast<std::size_t>(neighbor)];
+            const std::int32_t neighbor = from[order[i]];
+            to[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
         }
     }
     return result;
@@ -559,15 +831,13 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 // Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
-#include <initializer_list>
-
 namespace ldi {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
     graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    std::vector<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
-    std::vector<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
+    buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
 /// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
@@ -603,12 +873,12 @@ struct linked_run {
 };
 
 /// Every pixel in one run. Most of a canonical graph is long ones.
-inline std::vector<linked_run> runs_side_by_side(const graph& g) {
-    std::vector<linked_run> runs;
+inline buffer<linked_run> runs_side_by_side(const graph& g) {
+    buffer<linked_run> runs;
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
-        while (last < count && g.right[static_cast<std::size_t>(last - 1)] == last) ++last;
+        while (last < count && g.right[last - 1] == last) ++last;
         runs.push_back({first, last});
     }
     return runs;
@@ -616,12 +886,12 @@ inline std::vector<linked_run> runs_side_by_side(const graph& g) {
 
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
 inline std::int32_t first_kept(const graph& g, const linked_run& run) {
-    return run.first + (g.x[static_cast<std::size_t>(run.first)] & 1);
+    return run.first + (g.x[run.first] & 1);
 }
 
 /// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
 inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const linked_run& run) { return (g.y[static_cast<std::size_t>(run.first)] & 1) == 0; };
+    const auto is_even_row = [&](const linked_run& run) { return (g.y[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const linked_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
@@ -637,7 +907,7 @@ inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, c
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
             result.topology.x[n] = x, result.topology.y[n] = y;
-            result.parent[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(n);
+            result.parent[i] = static_cast<std::int32_t>(n);
         }
     }
 }
@@ -645,33 +915,33 @@ inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, c
 /// Links kept pixels that a straight path of two links joins.
 inline void link_kept_pixels(const graph& g, coarsened& result) {
     for (side s : all_sides) {
-        const std::vector<std::int32_t>& fine = g.neighbors(s);
-        std::vector<std::int32_t>& coarse = result.topology.neighbors(s);
+        const buffer<std::int32_t>& fine = g.neighbors(s);
+        buffer<std::int32_t>& coarse = result.topology.neighbors(s);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
-            const std::int32_t between = fine[static_cast<std::size_t>(result.kept[i])];
-            const std::int32_t other = between == no_pixel ? no_pixel : fine[static_cast<std::size_t>(between)];
-            coarse[i] = other == no_pixel ? no_pixel : result.parent[static_cast<std::size_t>(other)];
+            const std::int32_t between = fine[result.kept[i]];
+            const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
+            coarse[i] = other == no_pixel ? no_pixel : result.parent[other];
         }
     }
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const linked_run& run, std::vector<std::int32_t>& parent) {
+inline void find_parents(const graph& g, const linked_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
-        return corner == no_pixel ? no_pixel : parent[static_cast<std::size_t>(corner)];
+        return corner == no_pixel ? no_pixel : parent[corner];
     };
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
-    if ((g.y[static_cast<std::size_t>(run.first)] & 1) == 0) {
-        if ((run.first ^ odd) % 2 == 0) parent[static_cast<std::size_t>(run.first)] = by_corner(run.first);
+    if ((g.y[run.first] & 1) == 0) {
+        if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
-            parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(i - 1)];
+            parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
-        std::int32_t corner = g.up[static_cast<std::size_t>(i)];
-        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[static_cast<std::size_t>(corner)];
-        parent[static_cast<std::size_t>(i)] = corner == no_pixel ? by_corner(i) : parent[static_cast<std::size_t>(corner)];
+        std::int32_t corner = g.up[i];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[corner];
+        parent[i] = corner == no_pixel ? by_corner(i) : parent[corner];
     }
 }
 
@@ -680,18 +950,18 @@ inline void find_parents(const graph& g, const linked_run& run, std::vector<std:
 ///
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
 /// as the neighbor's own path does: pixels can be settled in the order of their distance.
-inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& parent) {
+inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n != no_pixel && parent[static_cast<std::size_t>(n)] != no_pixel) return parent[static_cast<std::size_t>(n)];
+            if (n != no_pixel && parent[n] != no_pixel) return parent[n];
         }
         return no_pixel;
     };
     struct adoption {
         std::int32_t pixel, parent;
     };
-    std::vector<adoption> ring, next;
+    buffer<adoption> ring, next;
     for (std::size_t i = 0; i < g.size(); ++i) {
         if (parent[i] != no_pixel) continue;
         const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
@@ -699,12 +969,12 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
     }
     while (!ring.empty()) {
         // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
-        for (const adoption& a : ring) parent[static_cast<std::size_t>(a.pixel)] = a.parent;
+        for (const adoption& a : ring) parent[a.pixel] = a.parent;
         next.clear();
         for (const adoption& a : ring)
             for (side s : all_sides) {
                 const std::int32_t n = g.neighbor(a.pixel, s);
-                if (n != no_pixel && parent[static_cast<std::size_t>(n)] == no_pixel) next.push_back({n, parent_beside(n)});
+                if (n != no_pixel && parent[n] == no_pixel) next.push_back({n, parent_beside(n)});
             }
         std::swap(ring, next);
     }
@@ -722,7 +992,7 @@ inline void adopt_nearest_parent(const graph& g, std::vector<std::int32_t>& pare
 inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    const std::vector<detail::linked_run> runs = detail::runs_side_by_side(g);
+    const buffer<detail::linked_run> runs = detail::runs_side_by_side(g);
     detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result);
     for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
@@ -780,7 +1050,7 @@ public:
 
     /// Numbers the sets from 0 in the order of their smallest members and returns their number. labels[member] is the number of
     /// the set that holds it.
-    std::int32_t number(std::vector<std::int32_t>& labels) const {
+    std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
         for (std::size_t i = 0; i < size(); ++i) {
@@ -791,9 +1061,9 @@ public:
     }
 
 private:
-    std::int32_t& parent(std::int32_t member) { return parent_[static_cast<std::size_t>(member)]; }
+    std::int32_t& parent(std::int32_t member) { return parent_[member]; }
 
-    std::vector<std::int32_t> parent_;
+    buffer<std::int32_t> parent_;
 };
 
 }  // namespace ldi::detail
@@ -806,8 +1076,8 @@ namespace ldi {
 
 /// A partition of the pixels of a graph.
 struct components {
-    std::vector<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
-    std::vector<std::int32_t> size;   ///< the number of pixels in each component
+    buffer<std::int32_t> label;  ///< K: the component of each pixel; components are numbered by their first pixels
+    buffer<std::int32_t> size;   ///< the number of pixels in each component
 
     std::size_t count() const { return size.size(); }
 };
@@ -819,9 +1089,9 @@ inline components connected_components(const graph& g) {
     const std::size_t count = g.size();
 
     // Runs: pixels with successive indices, each the left neighbor of the next. `label` holds the run of each pixel for now.
-    std::vector<std::int32_t>& run_of = result.label;
+    buffer<std::int32_t>& run_of = result.label;
     run_of.resize(count);
-    std::vector<std::size_t> run_starts;
+    buffer<std::size_t> run_starts;
     detail::disjoint_sets runs;
     for (std::size_t i = 0; i < count; ++i) {
         if (i == 0 || g.left[i] != static_cast<std::int32_t>(i) - 1) {
@@ -835,26 +1105,26 @@ inline components connected_components(const graph& g) {
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t this_run = static_cast<std::int32_t>(run);
         const std::int32_t left = g.left[run_starts[run]];
-        if (left != no_pixel) runs.merge(this_run, run_of[static_cast<std::size_t>(left)]);
+        if (left != no_pixel) runs.merge(this_run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::size_t i = run_starts[run]; i < run_starts[run + 1]; ++i) {
             const std::int32_t above = g.up[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
-            const std::size_t run_above = static_cast<std::size_t>(run_of[static_cast<std::size_t>(above)]);
+            const std::size_t run_above = static_cast<std::size_t>(run_of[above]);
             runs.merge(this_run, static_cast<std::int32_t>(run_above));
             merged_first = static_cast<std::int32_t>(run_starts[run_above]);
             merged_last = static_cast<std::int32_t>(run_starts[run_above + 1]);
         }
     }
 
-    std::vector<std::int32_t> label_of_run;
+    buffer<std::int32_t> label_of_run;
     result.size.assign(static_cast<std::size_t>(runs.number(label_of_run)), 0);
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t label = label_of_run[run];
         std::fill(result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run]),
                   result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run + 1]), label);
-        result.size[static_cast<std::size_t>(label)] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
+        result.size[label] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
     }
     return result;
 }
@@ -897,7 +1167,7 @@ public:
 
     /// Says that a neighbor of the cell has a known color: red, green, blue.
     void add_known_neighbor(std::int32_t cell, const std::uint8_t* color) {
-        color_type& sum = levels_[0].known[static_cast<std::size_t>(cell)];
+        color_type& sum = levels_[0].known[cell];
         for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(color[c]);
         sum[3] += 1.0F;
     }
@@ -927,7 +1197,7 @@ public:
                 here.start_from_known();
             } else {
                 for (std::size_t i = 1; i < here.value.size(); ++i)
-                    here.value[i] = levels_[l + 1].value[static_cast<std::size_t>(here.parent[i])];
+                    here.value[i] = levels_[l + 1].value[here.parent[i]];
             }
             here.prepare();
             for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
@@ -935,19 +1205,19 @@ public:
     }
 
     /// The color of a cell, once solved.
-    const color_type& color(std::int32_t cell) const { return levels_[0].value[static_cast<std::size_t>(cell)]; }
+    const color_type& color(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
     /// Cell 0 is black and stands for every neighbor that does not exist.
     struct level {
-        std::vector<color_type> value;
+        buffer<color_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
-        std::vector<color_type> known;
-        std::vector<std::array<std::int32_t, 4>> links;
-        std::vector<std::array<std::int32_t, 2>> position;
-        std::vector<std::int32_t> parent;
+        buffer<color_type> known;
+        buffer<std::array<std::int32_t, 4>> links;
+        buffer<std::array<std::int32_t, 2>> position;
+        buffer<std::int32_t> parent;
 
         std::size_t size() const { return value.empty() ? 0 : value.size() - 1; }
 
@@ -965,13 +1235,13 @@ private:
         }
 
         void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            links[static_cast<std::size_t>(a)][from_a] = b;
-            links[static_cast<std::size_t>(b)][from_b] = a;
+            links[a][from_a] = b;
+            links[b][from_b] = a;
         }
 
         /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            if (links[static_cast<std::size_t>(a)][from_a] == 0 && links[static_cast<std::size_t>(b)][from_b] == 0)
+            if (links[a][from_a] == 0 && links[b][from_b] == 0)
                 link(a, b, from_a, from_b);
         }
 
@@ -1004,10 +1274,10 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                const color_type& up = value[static_cast<std::size_t>(links[i][upwards])];
-                const color_type& down = value[static_cast<std::size_t>(links[i][downwards])];
-                const color_type& left = value[static_cast<std::size_t>(links[i][to_left])];
-                const color_type& right = value[static_cast<std::size_t>(links[i][to_right])];
+                const color_type& up = value[links[i][upwards]];
+                const color_type& down = value[links[i][downwards]];
+                const color_type& left = value[links[i][to_left]];
+                const color_type& right = value[links[i][to_right]];
                 const color_type& k = known[i];
                 color_type mean;
                 for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
@@ -1022,17 +1292,17 @@ private:
         fine.parent.assign(fine.value.size(), 0);
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t x = fine.position[i][0], y = fine.position[i][1];
-            std::int32_t parent = x % 2 == 1 ? fine.parent[static_cast<std::size_t>(fine.links[i][to_left])] : 0;
-            if (parent == 0 && y % 2 == 1) parent = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            std::int32_t parent = x % 2 == 1 ? fine.parent[fine.links[i][to_left]] : 0;
+            if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            color_type& known = coarse.known[static_cast<std::size_t>(parent)];
+            color_type& known = coarse.known[parent];
             for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];
-            const std::int32_t left = fine.parent[static_cast<std::size_t>(fine.links[i][to_left])];
-            const std::int32_t up = fine.parent[static_cast<std::size_t>(fine.links[i][upwards])];
+            const std::int32_t left = fine.parent[fine.links[i][to_left]];
+            const std::int32_t up = fine.parent[fine.links[i][upwards]];
             if (left != 0 && left != here) coarse.link_if_free(left, here, to_right, to_left);
             if (up != 0 && up != here) coarse.link_if_free(up, here, downwards, upwards);
         }
@@ -1042,62 +1312,165 @@ private:
     /// a distance of two. So the known ones together weigh 2 / 1.5 against the others' 2 / 2.
     static constexpr float known_weight = 2.0F / 3.0F;
 
-    std::vector<level> levels_;
+    buffer<level> levels_;
 };
 
 }  // namespace ldi
 
 // ---- ldi/core/image.hpp
-// Row-major images, H x W x C, channels last. An image is an xtensor container, so it reads from and writes to NumPy, slices and
-// prints like one; loops go through row(), because lazy views cost ten times as much.
-
-#include <xtensor/xtensor.hpp>
+// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes in
+// without a copy, and return an `image`, which owns its values.
 
 namespace ldi {
 
-/// H x W x C, row-major. `image(y, x, c)` addresses a value.
+/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot change
+/// them, and is what stages take.
+///
+///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
-using image = xt::xtensor<Scalar, 3, xt::layout_type::row_major>;
+class image_view {
+public:
+    using value_type = std::remove_const_t<Scalar>;
 
-/// An image of the given size. Its values are not set.
+    image_view() = default;
+    /// row_stride  values from a row to the next; 0 for rows without a gap
+    image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
+        : data_(data), height_(height), width_(width), channels_(channels), row_stride_(row_stride == 0 ? width * channels : row_stride) {
+        LDI_ASSERT(row_stride_ >= width * channels);
+    }
+    /// What may be changed may be read.
+    image_view(const image_view<value_type>& other)
+        requires std::is_const_v<Scalar>
+        : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
+
+    std::size_t height() const { return height_; }
+    std::size_t width() const { return width_; }
+    std::size_t channels() const { return channels_; }
+    std::size_t row_stride() const { return row_stride_; }
+    bool empty() const { return height_ == 0 || width_ == 0 || channels_ == 0; }
+
+    /// The first value of the first row.
+    Scalar* data() const { return data_; }
+    /// The W x C values of row y, contiguous.
+    template <std::integral Index>
+    Scalar* row(Index y) const {
+        return data_ + static_cast<std::size_t>(y) * row_stride_;
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar& operator()(Y y, X x, Channel c = 0) const {
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ && static_cast<std::size_t>(c) < channels_);
+        return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
+    }
+
+private:
+    Scalar* data_ = nullptr;
+    std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
+};
+
+/// H x W x C values of its own, without gaps.
 template <class Scalar>
-image<Scalar> make_image(std::size_t height, std::size_t width, std::size_t channels = 1) {
-    return image<Scalar>::from_shape({height, width, channels});
+class image {
+public:
+    using value_type = Scalar;
+
+    image() = default;
+    /// Values are zero.
+    image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
+    /// Values are not set.
+    image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
+        : values_(height * width * channels, unset), height_(height), width_(width), channels_(channels) {}
+    /// Every value is `value`.
+    image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
+        : values_(height * width * channels, value), height_(height), width_(width), channels_(channels) {}
+    /// A copy of what a view shows.
+    explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
+        const std::size_t values = width_ * channels_;
+        for (std::size_t y = 0; y < height_; ++y)
+            for (std::size_t i = 0; i < values; ++i) row(y)[i] = view.row(y)[i];
+    }
+    image(const image&) = default;
+    image& operator=(const image&) = default;
+    image(image&& other) noexcept
+        : values_(std::move(other.values_)),
+          height_(std::exchange(other.height_, 0)),
+          width_(std::exchange(other.width_, 0)),
+          channels_(std::exchange(other.channels_, 0)) {}
+    image& operator=(image&& other) noexcept {
+        values_ = std::move(other.values_);
+        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0), channels_ = std::exchange(other.channels_, 0);
+        return *this;
+    }
+
+    std::size_t height() const { return height_; }
+    std::size_t width() const { return width_; }
+    std::size_t channels() const { return channels_; }
+    std::size_t row_stride() const { return width_ * channels_; }
+    /// H W C
+    std::size_t size() const { return values_.size(); }
+    bool empty() const { return values_.empty(); }
+
+    image_view<Scalar> view() { return {data(), height_, width_, channels_}; }
+    image_view<const Scalar> view() const { return {data(), height_, width_, channels_}; }
+    operator image_view<Scalar>() { return view(); }
+    operator image_view<const Scalar>() const { return view(); }
+
+    Scalar* data() { return values_.data(); }
+    const Scalar* data() const { return values_.data(); }
+    Scalar* begin() { return values_.begin(); }
+    const Scalar* begin() const { return values_.begin(); }
+    Scalar* end() { return values_.end(); }
+    const Scalar* end() const { return values_.end(); }
+
+    /// The W x C values of row y, contiguous.
+    template <std::integral Index>
+    Scalar* row(Index y) {
+        return view().row(y);
+    }
+    template <std::integral Index>
+    const Scalar* row(Index y) const {
+        return view().row(y);
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    Scalar& operator()(Y y, X x, Channel c = 0) {
+        return view()(y, x, c);
+    }
+    template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
+    const Scalar& operator()(Y y, X x, Channel c = 0) const {
+        return view()(y, x, c);
+    }
+
+    friend bool operator==(const image& a, const image& b) {
+        return a.height_ == b.height_ && a.width_ == b.width_ && a.channels_ == b.channels_ && a.values_ == b.values_;
+    }
+
+private:
+    buffer<Scalar> values_;
+    std::size_t height_ = 0, width_ = 0, channels_ = 0;
+};
+
+/// Whether two images or views have the same height, width and channels.
+bool same_shape(const auto& a, const auto& b) {
+    return a.height() == b.height() && a.width() == b.width() && a.channels() == b.channels();
 }
 
-/// An image of the given size with every value set to `value`.
-template <class Scalar>
-image<Scalar> make_image(std::size_t height, std::size_t width, std::size_t channels, Scalar value) {
-    image<Scalar> result = make_image<Scalar>(height, width, channels);
-    result.fill(value);
-    return result;
-}
+}  // namespace ldi
 
-template <class Scalar>
-std::size_t height(const image<Scalar>& i) {
-    return i.shape(0);
-}
+// ---- ldi/core/surface.hpp
+// Which pixels are one surface: the one threshold on disparity that every stage asks (the paper's tau_disp).
 
-template <class Scalar>
-std::size_t width(const image<Scalar>& i) {
-    return i.shape(1);
-}
+namespace ldi {
 
-template <class Scalar>
-std::size_t channels(const image<Scalar>& i) {
-    return i.shape(2);
-}
+/// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
+struct surface_rule {
+    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
+    float largest_step = 0.05F;
 
-/// The W x C values of row y, contiguous.
-template <class Scalar>
-Scalar* row(image<Scalar>& i, std::size_t y) {
-    return i.data() + y * width(i) * channels(i);
-}
-
-template <class Scalar>
-const Scalar* row(const image<Scalar>& i, std::size_t y) {
-    return i.data() + y * width(i) * channels(i);
-}
+    /// Whether two pixels with these disparities, side by side, are one surface. False if one of them is not a number.
+    bool same_surface(float a, float b) const {
+        const float step = a - b;
+        return (step < 0 ? -step : step) <= largest_step;
+    }
+};
 
 }  // namespace ldi
 
@@ -1109,17 +1482,37 @@ const Scalar* row(const image<Scalar>& i, std::size_t y) {
 
 namespace ldi {
 
-/// A column tag: the scalar, and how many of them a pixel holds.
+/// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
+///
+///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
+///
+/// Where it doesn't, a new pixel gets a copy from the pixel of the photo whose surface it continues.
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
 };
 
+/// What pixels that expand() adds have in a column.
+enum class new_pixels {
+    copy,  ///< what the pixel of the photo has that they grew from
+    zero,
+};
+
+/// What a column says of new pixels, or the default.
+template <payload_column Column>
+constexpr new_pixels at_new_pixels() {
+    if constexpr (requires { Column::at_new_pixels; })
+        return Column::at_new_pixels;
+    else
+        return new_pixels::copy;
+}
+
 /// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
+    static constexpr new_pixels at_new_pixels = new_pixels::zero;  // until it is inpainted
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
@@ -1132,6 +1525,7 @@ struct disparity_column {
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
+    static constexpr new_pixels at_new_pixels = new_pixels::zero;
 };
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major.
@@ -1143,6 +1537,13 @@ template <payload_column... Columns>
 class layered_image {
 public:
     graph topology;
+    surface_rule surface;   ///< which of its pixels are one surface
+    pinhole_camera camera;  ///< that took the photo
+    depth_range range;      ///< what its disparities stand for
+
+    /// Whether there is such a column.
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
     /// Columns are set to zero.
@@ -1151,11 +1552,11 @@ public:
     std::size_t size() const { return topology.size(); }
 
     template <payload_column Column>
-    std::vector<typename Column::scalar>& column() {
+    buffer<typename Column::scalar>& column() {
         return std::get<storage<Column>>(columns_).values;
     }
     template <payload_column Column>
-    const std::vector<typename Column::scalar>& column() const {
+    const buffer<typename Column::scalar>& column() const {
         return std::get<storage<Column>>(columns_).values;
     }
 
@@ -1185,7 +1586,7 @@ public:
     /// kept  one a pixel
     void keep(std::span<const std::uint8_t> kept) {
         LDI_ASSERT(kept.size() == size());
-        std::vector<std::int32_t> order;
+        buffer<std::int32_t> order;
         std::size_t count = 0;
         for (const bool stays : {true, false}) {
             for (std::size_t i = 0; i < kept.size(); ++i)
@@ -1199,16 +1600,65 @@ public:
         resize_columns(count);
     }
 
+    /// Takes all that another image has, whose columns are some of this one's. The others stay empty.
+    template <payload_column... Others>
+    void take(layered_image<Others...>&& other) {
+        topology = std::move(other.topology);
+        surface = other.surface, camera = other.camera, range = other.range;
+        ((column<Others>() = std::move(other.template column<Others>())), ...);
+    }
+
 private:
     template <class Column>
     struct storage {
-        std::vector<typename Column::scalar> values;
+        buffer<typename Column::scalar> values;
     };
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// The layered image that a photo becomes.
+/// A layered image, with whatever columns, that has these among them.
+template <class Layers, class... Columns>
+concept has_columns = (std::remove_cvref_t<Layers>::template has<Columns> && ...);
+
+/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces behind.
+template <payload_column... Columns>
+class single_layer : public layered_image<Columns...> {
+public:
+    using layered_image<Columns...>::layered_image;
+    explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
+        const graph& g = this->topology;
+        LDI_ASSERT(g.size() == static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    }
+};
+
+/// The layered image that a photo becomes, and the layer that it starts from.
 using photo_layers = layered_image<color_column, disparity_column, known_column>;
+using photo_layer = single_layer<color_column, disparity_column, known_column>;
+
+namespace detail {
+template <class Layers, class Column>
+struct with_column;
+template <template <class...> class Layers, class... Columns, class Column>
+struct with_column<Layers<Columns...>, Column> {
+    using type = Layers<Columns..., Column>;
+};
+}  // namespace detail
+
+/// The same layers with one more column.
+///
+/// values  K x channels, row-major, in the order of the pixels
+///
+///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+///     auto layer = ldi::add_column<normal>(ldi::lift(photo, disparity), normals);   // stays with its pixels, up to the mesh
+template <payload_column Column, class Layers>
+auto add_column(Layers layers, std::span<const typename Column::scalar> values) {
+    static_assert(!Layers::template has<Column>);
+    LDI_ASSERT(values.size() == layers.size() * Column::channels);
+    typename detail::with_column<Layers, Column>::type more;
+    more.take(std::move(layers));
+    more.template column<Column>().assign(values.begin(), values.end());
+    return more;
+}
 
 }  // namespace ldi
 
@@ -1280,7 +1730,7 @@ inline std::optional<violation> validate(const graph& g) {
 /// validate(), and that pixels stand in canonical order. `disparity` as in canonical_order().
 inline std::optional<violation> validate_canonical(const graph& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
-    const std::vector<std::int32_t> order = canonical_order(g, disparity);
+    const buffer<std::int32_t> order = canonical_order(g, disparity);
     for (std::size_t i = 0; i < order.size(); ++i)
         if (order[i] != static_cast<std::int32_t>(i)) return violation{invariant::canonical_order, static_cast<std::int32_t>(i)};
     return std::nullopt;
@@ -1304,7 +1754,7 @@ struct reached_element {
 };
 }  // namespace detail
 
-/// Fills `window` with the pixels under a kernel centerd on `pixel`.
+/// Fills `window` with the pixels under a kernel centered on `pixel`.
 ///
 /// kernel_size  odd, 1 to largest_kernel_size
 /// window       kernel_size x kernel_size, row-major; element (row, column) becomes the index of a pixel that lies
@@ -1588,8 +2038,6 @@ inline isa best_isa() {
 // arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
 // for bit. Every instruction set must give the values that the functions here give.
 
-#include <cstring>
-
 namespace ldi {
 
 /// What an 8-bit value stands for: `(q - zero_point) * scale`.
@@ -1740,9 +2188,9 @@ struct unfused_requantization {
 namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
-inline std::vector<std::int32_t> requantization_checkpoints(const requantization& r) {
+inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
-    std::vector<std::int32_t> points{least, most};
+    buffer<std::int32_t> points{least, most};
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
         // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
@@ -1766,8 +2214,8 @@ inline std::vector<std::int32_t> requantization_checkpoints(const requantization
 /// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
-    const std::vector<std::int32_t> points = requantization_checkpoints(r);
-    std::vector<std::uint8_t> expected;
+    const buffer<std::int32_t> points = requantization_checkpoints(r);
+    buffer<std::uint8_t> expected;
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
@@ -2360,7 +2808,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 namespace detail {
 
 /// Whether the float form with these constants gives what the integer form does, for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::size_t a, const std::vector<std::uint8_t>& expected) {
+inline bool is_exact(const add_u8_constants& sum, std::size_t a, const buffer<std::uint8_t>& expected) {
     std::uint8_t as[256], bs[256], found[256];
     std::memset(as, static_cast<int>(a), sizeof as);
     for (int i = 0; i < 256; ++i) bs[i] = static_cast<std::uint8_t>(i);
@@ -2369,7 +2817,7 @@ inline bool is_exact(const add_u8_constants& sum, std::size_t a, const std::vect
 }
 
 /// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
-inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t>& expected, std::size_t& suspect) {
+inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::size_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (std::size_t a = 0; a < 256; ++a)
         if (!is_exact(sum, a, expected)) {
@@ -2385,7 +2833,7 @@ inline bool is_exact(const add_u8_constants& sum, const std::vector<std::uint8_t
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
     add_u8_constants sum{without_tiles(target), exact};
     if (target == isa::scalar || target == isa::neon_dot_product) return sum;  // they compute the integer form
-    std::vector<std::uint8_t> expected(65536);
+    buffer<std::uint8_t> expected(65536);
     for (std::size_t i = 0; i < expected.size(); ++i)
         expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
     // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
@@ -2421,8 +2869,8 @@ struct area_weights {
         std::size_t count = 0;   ///< of pixels
         std::size_t weight = 0;  ///< of the first pixel, in `weights`
     };
-    std::vector<cover> covers;   ///< one for each pixel of the result
-    std::vector<float> weights;  ///< those of a cover add up to 1
+    buffer<cover> covers;   ///< one for each pixel of the result
+    buffer<float> weights;  ///< those of a cover add up to 1
 };
 
 /// Lengths are at least 1 and their product is below 2^63.
@@ -2482,14 +2930,14 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 
 /// One row of the result.
 ///
-/// source  H x W x channels       result  horizontal.covers x channels
+/// source  H x W x C       result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
-                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, std::vector<float>& sums,
-                            std::uint8_t* result) {
+                            image_view<const std::uint8_t> source, buffer<float>& sums, std::uint8_t* result) {
+    const std::size_t channels = source.channels();
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
-        add_area_row(horizontal, source + (rows.first + i) * source_width * channels, channels, vertical.weights[rows.weight + i],
+        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i],
                      sums.data());
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
@@ -2497,16 +2945,16 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 /// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
 template <executor Executor>
-image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
+image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor& threads) {
-    LDI_ASSERT(source.size() > 0);
-    const area_weights horizontal = make_area_weights(width(source), result_width);
-    const area_weights vertical = make_area_weights(height(source), result_height);
-    image<std::uint8_t> result = make_image<std::uint8_t>(result_height, result_width, channels(source));
+    LDI_ASSERT(!source.empty());
+    const area_weights horizontal = make_area_weights(source.width(), result_width);
+    const area_weights vertical = make_area_weights(source.height(), result_height);
+    image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
-        std::vector<float> sums;
+        buffer<float> sums;
         for (std::size_t y = first; y < last; ++y)
-            area_resize_row(horizontal, vertical, y, source.data(), width(source), channels(source), sums, row(result, y));
+            area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
     });
     return result;
 }
@@ -2540,34 +2988,6 @@ inline bfloat16 to_bfloat16(float value) {
 }
 
 }  // namespace ldi
-
-// ---- ldi/kernels/detail/aligned_vector.hpp
-// A vector whose first value lies on a cache line, so that no load of packed weights straddles two.
-
-#include <new>
-
-namespace ldi::detail {
-
-inline constexpr std::size_t cache_line = 64;
-
-template <class T>
-struct aligned_allocator {
-    using value_type = T;
-
-    aligned_allocator() = default;
-    template <class Other>
-    aligned_allocator(const aligned_allocator<Other>&) {}
-
-    T* allocate(std::size_t count) { return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{cache_line})); }
-    void deallocate(T* values, std::size_t) { ::operator delete (values, std::align_val_t{cache_line}); }
-
-    friend bool operator==(const aligned_allocator&, const aligned_allocator&) { return true; }
-};
-
-template <class T>
-using aligned_vector = std::vector<T, aligned_allocator<T>>;
-
-}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/panel_cut.hpp
 // How the outputs of a matrix product or a convolution are shared out among tiles.
@@ -2611,8 +3031,8 @@ struct conv_weights {
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
-    detail::aligned_vector<Value> values;
-    detail::aligned_vector<float> bias;  ///< padded with zeros to whole panels
+    buffer<Value> values;
+    buffer<float> bias;  ///< padded with zeros to whole panels
 };
 using conv_f32_weights = conv_weights<float>;
 using conv_bf16_weights = conv_weights<bfloat16>;
@@ -2649,7 +3069,7 @@ constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (
 /// layer    says how many outputs, rows and inputs there are
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
-void append_panels(aligned_vector<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
+void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
                    std::size_t most_vectors) {
     const panel_cut cut(layer.outputs, lanes, most_vectors);
     const std::size_t inputs = layer.inputs;
@@ -3034,7 +3454,7 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    std::vector<bfloat16> rounded(weights.size());
+    buffer<bfloat16> rounded(weights.size());
     std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
 #if LDI_HAS_X86_KERNELS
     if (packed.target == isa::avx512vnni) {
@@ -3518,9 +3938,9 @@ struct conv_u8_weights {
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
-    detail::aligned_vector<std::int8_t> values;
-    detail::aligned_vector<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
-    detail::aligned_vector<float> scales, bias;
+    buffer<std::int8_t> values;
+    buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    buffer<float> scales, bias;
 };
 
 /// What a kernel does with the sums of one panel.
@@ -3931,10 +4351,10 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
-    std::vector<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
-    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
+    buffer<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
     requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
@@ -4024,10 +4444,10 @@ struct depthwise_u8_weights {
     std::size_t channels = 0;
     std::size_t stride = 1;
     std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    detail::aligned_vector<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
-    detail::aligned_vector<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    std::vector<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
-    detail::aligned_vector<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
+    buffer<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
+    buffer<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
+    buffer<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
     requantization output;                       ///< as in gemm_u8_weights
     float_requantization fast;                   ///< as in gemm_u8_weights
 };
@@ -4210,7 +4630,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
         std::size_t channel[32];
         for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
-        std::vector<depthwise_rest> rest;
+        buffer<depthwise_rest> rest;
         for (std::size_t column = 0; column < 3; ++column)
             for (std::size_t c : channel) {
                 depthwise_rest weights{{0, 0, 0}};
@@ -5336,7 +5756,7 @@ public:
         // Tiles are configured for each product, some tens of cycles for thousands: their shape depends on the layer, and tiles
         // left in use between products would be saved and restored whenever the system switches threads.
         unit_.configure(configuration(rows));
-        alignas(cache_line) std::int32_t sums[tiled_pixels * tiled_outputs];
+        alignas(buffer_alignment) std::int32_t sums[tiled_pixels * tiled_outputs];
         tile_sums done;
         const std::int8_t* values = weights_.narrow.data();
         for (std::size_t first = 0; first < weights_.outputs; first += tiled_outputs) {
@@ -5589,7 +6009,7 @@ struct gemm_term {
 };
 
 /// Splits `rest`, the weights of one group, outputs x 4.
-inline void split_group(std::span<int> rest, std::size_t first_input, std::vector<gemm_term>& terms) {
+inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
     bool is_empty = false;
     while (!is_empty) {
         gemm_term& term = terms.emplace_back();
@@ -5615,11 +6035,11 @@ inline void split_group(std::span<int> rest, std::size_t first_input, std::vecto
 
 /// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
 struct paired_terms {
-    std::vector<const gemm_term*> order;
+    buffer<const gemm_term*> order;
     std::size_t pairs = 0;
 
-    explicit paired_terms(const std::vector<gemm_term>& terms) {
-        std::vector<const gemm_term*> rest, singles;  // the lightest last
+    explicit paired_terms(const buffer<gemm_term>& terms) {
+        buffer<const gemm_term*> rest, singles;  // the lightest last
         for (const gemm_term& term : terms) rest.push_back(&term);
         std::stable_sort(rest.begin(), rest.end(),
                          [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
@@ -5639,7 +6059,7 @@ struct paired_terms {
 
 private:
     /// `i` if there is none among the lightest, which are the likeliest.
-    static std::size_t find_partner(const std::vector<const gemm_term*>& rest, std::size_t i) {
+    static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
         constexpr std::size_t tries = 8;
         for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
             if (rest[i]->fits(*rest[rest.size() - 1 - t])) return rest.size() - 1 - t;
@@ -5653,7 +6073,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    std::vector<gemm_term> terms;
+    buffer<gemm_term> terms;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
@@ -6680,7 +7100,7 @@ public:
 private:
     static std::uint64_t ones(std::size_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
 
-    std::vector<std::uint64_t> words_;
+    buffer<std::uint64_t> words_;
 };
 
 /// Pixels first, first + 1, ... whose neighbors on one side are target, target + 1, ...
@@ -6689,8 +7109,8 @@ struct pixel_strip {
 };
 
 /// All pixels that have a neighbor in the column `links`, in as few strips as can be.
-inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
-    std::vector<pixel_strip> strips;
+inline buffer<pixel_strip> strips_of(std::span<const std::int32_t> links) {
+    buffer<pixel_strip> strips;
     for (std::size_t i = 0; i < links.size();) {
         if (links[i] == no_pixel) {
             ++i;
@@ -6705,7 +7125,7 @@ inline std::vector<pixel_strip> strips_of(std::span<const std::int32_t> links) {
 
 /// The strips of a graph's links: found once for all kernel sizes.
 struct link_strips {
-    std::vector<pixel_strip> up, down, right;
+    buffer<pixel_strip> up, down, right;
 
     explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
 };
@@ -6754,7 +7174,7 @@ public:
     /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
-        std::vector<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
+        buffer<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
         for (std::size_t w = 0; w < regular_.word_count(); ++w) {
             const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(w * 64);
             append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
@@ -6775,14 +7195,14 @@ public:
     /// Calls `visit(pixel)` for every pixel that is not regular, in ascending order.
     template <class Visit>
     void for_each_other(Visit&& visit) const {
-        std::vector<std::int32_t> pixels;
+        buffer<std::int32_t> pixels;
         for (std::size_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
         for (const std::int32_t pixel : pixels)
             if (static_cast<std::size_t>(pixel) < g_.size()) visit(pixel);
     }
 
 private:
-    static void append_set_bits(std::uint64_t bits, std::size_t word, std::vector<std::int32_t>& pixels) {
+    static void append_set_bits(std::uint64_t bits, std::size_t word, buffer<std::int32_t>& pixels) {
         for (; bits != 0; bits &= bits - 1)
             pixels.push_back(static_cast<std::int32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits))));
     }
@@ -6836,10 +7256,10 @@ struct convolution_plan {
     std::int32_t kernel_size = 1, stride = 1;
     std::size_t input_count = 0;          ///< pixels of the graph
     std::size_t output_count = 0;         ///< pixels of the graph, or of the coarse graph
-    std::vector<segment> segments;        ///< ascending
-    std::vector<std::int32_t> rows;       ///< segments x kernel_size
-    std::vector<std::int32_t> irregular;  ///< outputs, ascending
-    std::vector<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
+    buffer<segment> segments;        ///< ascending
+    buffer<std::int32_t> rows;       ///< segments x kernel_size
+    buffer<std::int32_t> irregular;  ///< outputs, ascending
+    buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
     /// Elements of a window.
     std::size_t elements() const { return static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size); }
@@ -6975,10 +7395,10 @@ inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint
 }
 
 /// The same pixels, ascending.
-inline std::vector<std::int32_t> needed_inputs(const convolution_plan& plan) {
-    std::vector<std::uint8_t> marks(plan.input_count, 0);
+inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
+    buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);
-    std::vector<std::int32_t> pixels;
+    buffer<std::int32_t> pixels;
     for (std::size_t i = 0; i < marks.size(); ++i)
         if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
     return pixels;
@@ -7222,10 +7642,10 @@ private:
 
     const Job& job_;
     std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
-    std::vector<value_type> values_;
-    std::vector<result_type> results_;
-    std::vector<float> ratios_;
-    std::vector<std::size_t> counts_;  // channels that count in a column of a segment's rows
+    buffer<value_type> values_;
+    buffer<result_type> results_;
+    buffer<float> ratios_;
+    buffer<std::size_t> counts_;  // channels that count in a column of a segment's rows
 };
 
 template <class Weights, class Result, executor Executor>
@@ -7267,10 +7687,10 @@ namespace ldi {
 namespace detail {
 
 /// outputs x inputs x k x k to outputs x k x k x inputs.
-inline std::vector<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
+inline buffer<float> channels_last(std::span<const float> weights, std::size_t outputs, std::size_t elements) {
     LDI_ASSERT(outputs > 0 && weights.size() % (outputs * elements) == 0);
     const std::size_t inputs = weights.size() / (outputs * elements);
-    std::vector<float> result(weights.size());
+    buffer<float> result(weights.size());
     for (std::size_t o = 0; o < outputs; ++o)
         for (std::size_t c = 0; c < inputs; ++c)
             for (std::size_t e = 0; e < elements; ++e)
@@ -7314,18 +7734,18 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
     const std::size_t k = static_cast<std::size_t>(kernel_size), outputs = bias.size();
-    std::vector<float> scaled = detail::channels_last(weights, outputs, k * k);
-    std::vector<float> input_scales;
-    std::vector<std::uint8_t> zero_points;
+    buffer<float> scaled = detail::channels_last(weights, outputs, k * k);
+    buffer<float> input_scales;
+    buffer<std::uint8_t> zero_points;
     for (std::size_t x = 0; x < k; ++x)
         for (const quantized_source& source : sources) {
-            input_scales.insert(input_scales.end(), source.channels, source.values.scale);
-            zero_points.insert(zero_points.end(), source.channels, source.values.zero_point);
+            input_scales.resize(input_scales.size() + source.channels, source.values.scale);
+            zero_points.resize(zero_points.size() + source.channels, source.values.zero_point);
         }
     LDI_ASSERT(scaled.size() == outputs * k * input_scales.size());
     const std::size_t inputs = k * input_scales.size();
-    std::vector<std::int8_t> rounded(scaled.size());
-    std::vector<float> scales(outputs), result_bias(outputs);
+    buffer<std::int8_t> rounded(scaled.size());
+    buffer<float> scales(outputs), result_bias(outputs);
     for (std::size_t o = 0; o < outputs; ++o) {
         const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
         float largest = 0.0F;
@@ -7377,8 +7797,8 @@ namespace ldi {
 
 /// Which pixels, and for each pixel of the graph its number among them.
 struct pixel_subset {
-    std::vector<std::int32_t> pixels;  ///< ascending
-    std::vector<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+    buffer<std::int32_t> pixels;  ///< ascending
+    buffer<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
@@ -7403,7 +7823,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
     LDI_ASSERT(outputs.row_of.size() == plan.output_count && inputs.row_of.size() == plan.input_count);
     const auto renumber = [](std::int32_t& pixel, const pixel_subset& subset) {
         if (pixel == no_pixel) return;
-        pixel = subset.row_of[static_cast<std::size_t>(pixel)];
+        pixel = subset.row_of[pixel];
         LDI_ASSERT(pixel != no_pixel);
     };
     // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
@@ -7449,8 +7869,8 @@ namespace ldi {
 
 /// Row-major values. Half-precision numbers of a file are here as float.
 struct tensor {
-    std::vector<std::size_t> shape;  ///< empty for a single value
-    std::variant<std::vector<float>, std::vector<std::int32_t>, std::vector<std::int8_t>, std::vector<std::uint8_t>> values;
+    buffer<std::size_t> shape;  ///< empty for a single value
+    std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
 };
 
 /// Names are unique.
@@ -7461,7 +7881,7 @@ struct named_tensors {
 };
 
 /// "20 x 4 x 7 x 7", or "a single value".
-inline std::string shape_text(const std::vector<std::size_t>& shape) {
+inline std::string shape_text(const buffer<std::size_t>& shape) {
     if (shape.empty()) return "a single value";
     std::string text;
     for (std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
@@ -7487,12 +7907,12 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 ///
 /// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
 template <class Scalar>
-const std::vector<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
-                                         const std::vector<std::size_t>& shape) {
+const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
+                                         const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
     if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
-    const auto* const values = std::get_if<std::vector<Scalar>>(&found->second.values);
+    const auto* const values = std::get_if<buffer<Scalar>>(&found->second.values);
     if (values == nullptr || found->second.shape != shape) {
         const std::string_view type =
             std::visit([](const auto& v) { return detail::scalar_name<typename std::decay_t<decltype(v)>::value_type>(); },
@@ -7528,9 +7948,9 @@ struct convolution_description {
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
     bool depthwise = false;             ///< each output channel sees its own input channel only
-    std::vector<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
+    buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
-    std::vector<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
+    buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
 };
 
 /// The sum of two tensors of equal shape.
@@ -7555,7 +7975,7 @@ struct network_description {
     std::string input_name;
     std::size_t input_channels = 0;
     quantization input;
-    std::vector<operator_description> operators;
+    buffer<operator_description> operators;
     std::size_t output = 0;  ///< the tensor that is the network's result
     std::string where = {};  ///< the file it comes from, for messages; may be empty
 };
@@ -7586,7 +8006,7 @@ inline void check_scale(const std::string& name, float scale) {
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
-inline const checked_tensor& checked_input(const std::string& name, const std::vector<checked_tensor>& tensors,
+inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors,
                                            std::size_t input) {
     if (input >= tensors.size())
         raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
@@ -7608,7 +8028,7 @@ inline void check_accumulators(const std::string& name, const convolution_descri
 }
 
 inline std::size_t check_operator(const std::string& place, quantization output, const convolution_description& c,
-                                  const std::vector<checked_tensor>& tensors) {
+                                  const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, c.input);
     const std::size_t outputs = c.bias.size();
     if (outputs == 0 || outputs > most_channels)
@@ -7633,7 +8053,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 }
 
 inline std::size_t check_operator(const std::string& place, quantization output, const addition_description& s,
-                                  const std::vector<checked_tensor>& tensors) {
+                                  const buffer<checked_tensor>& tensors) {
     const checked_tensor& a = checked_input(place, tensors, s.inputs[0]);
     const checked_tensor& b = checked_input(place, tensors, s.inputs[1]);
     if (a.channels != b.channels)
@@ -7647,7 +8067,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
 }
 
 inline std::size_t check_operator(const std::string& place, quantization output, const nearest_resize_description& r,
-                                  const std::vector<checked_tensor>& tensors) {
+                                  const buffer<checked_tensor>& tensors) {
     const checked_tensor& input = checked_input(place, tensors, r.input);
     if (r.factor == 0 || r.factor > most_resize_factor)
         raise(error_code::unsupported, place, "a factor of 1 to " + std::to_string(most_resize_factor), std::to_string(r.factor));
@@ -7661,7 +8081,7 @@ inline void check_network(const network_description& network) {
         raise(error_code::unsupported, input, "1 to " + std::to_string(most_channels) + " channels",
               std::to_string(network.input_channels));
     check_scale(input, network.input.scale);
-    std::vector<checked_tensor> tensors{{network.input, network.input_channels}};
+    buffer<checked_tensor> tensors{{network.input, network.input_channels}};
     for (const operator_description& op : network.operators) {
         const std::string place = place_in(network.where, op.name);
         check_scale(place, op.output.scale);
@@ -7713,13 +8133,13 @@ struct packed_layer {
     std::string name;
     quantization values;              ///< of the tensor it makes
     std::size_t channels = 0;         ///< of the tensor it makes
-    std::vector<std::size_t> inputs;  ///< tensors; two for an addition
+    buffer<std::size_t> inputs;  ///< tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
 /// `description` has passed check_network(). `inputs` are what op.inputs stand for.
-inline packed_layer pack_layer(isa target, const operator_description& op, const std::vector<quantization>& values,
-                               const std::vector<std::size_t>& channels) {
+inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
+                               const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
     if (const auto* c = std::get_if<convolution_description>(&op.kind)) {
         const quantization from = values[c->input];
@@ -7828,7 +8248,7 @@ struct chain_stage {
 inline constexpr std::size_t wanted_pixels = 64;  ///< at a time: enough for packed weights to be used often once they are near
 
 /// Decides how many rows each stage computes at a time, and how many are kept.
-inline void plan_rings(std::vector<chain_stage>& chain) {
+inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
     for (std::size_t s = chain.size() - 1; s > 0; --s) {
@@ -7837,10 +8257,10 @@ inline void plan_rings(std::vector<chain_stage>& chain) {
     }
 }
 
-inline std::size_t round_up(std::size_t bytes) { return (bytes + cache_line - 1) / cache_line * cache_line; }
+inline std::size_t round_up(std::size_t bytes) { return (bytes + buffer_alignment - 1) / buffer_alignment * buffer_alignment; }
 
 /// Working memory of one strip.
-inline std::size_t chain_bytes(const std::vector<chain_stage>& chain) {
+inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     std::size_t bytes = 0;
     for (const chain_stage& stage : chain) bytes += round_up(stage.ring_bytes()) + round_up(stage.padded_bytes());
     return bytes;
@@ -7869,7 +8289,7 @@ class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
     /// tensors  address of each tensor that an addition of the chain reads
-    chain_runner(const std::vector<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors,
+    chain_runner(const buffer<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors,
                  std::uint8_t* result, std::uint8_t* memory)
         : chain_(chain), input_(input), tensors_(tensors), result_(result), state_(chain.size()) {
         for (std::size_t s = 0; s < chain.size(); ++s) {
@@ -7993,11 +8413,11 @@ private:
                              output_row(s, y));
     }
 
-    const std::vector<chain_stage>& chain_;
+    const buffer<chain_stage>& chain_;
     row_source input_;
     std::uint8_t* const* tensors_;
     std::uint8_t* result_;
-    std::vector<stage_state> state_;
+    buffer<stage_state> state_;
 };
 
 }  // namespace ldi::detail
@@ -8010,14 +8430,14 @@ namespace ldi::detail {
 /// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
 struct schedule_step {
     std::size_t input = 0;
-    std::vector<std::size_t> layers;
+    buffer<std::size_t> layers;
 
     std::size_t output() const { return layers.back() + 1; }
 };
 
 /// How often each tensor is read; the network's result counts as read once more.
-inline std::vector<std::size_t> count_readers(const std::vector<packed_layer>& layers, std::size_t output) {
-    std::vector<std::size_t> readers(layers.size() + 1);
+inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
+    buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
         for (std::size_t t : layer.inputs) ++readers[t];
     ++readers[output];
@@ -8031,7 +8451,7 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
 
 /// A dense convolution with few inputs and only 1 x 1 convolutions behind it costs less to compute for each of them than to write
 /// and to read again.
-inline bool is_cheap_head(const std::vector<packed_layer>& layers, std::size_t layer, std::size_t output) {
+inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
     if (d == nullptr || d->is_pointwise() || d->weights.segments * d->weights.inputs > few || output == layer + 1) return false;
@@ -8056,16 +8476,16 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
 }
 
 /// One layer a step.
-inline std::vector<schedule_step> layer_by_layer(const std::vector<packed_layer>& layers) {
-    std::vector<schedule_step> steps;
+inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
+    buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
 /// As few tensors as possible leave a chain.
-inline std::vector<schedule_step> fuse(const std::vector<packed_layer>& layers, std::size_t output) {
-    const std::vector<std::size_t> readers = count_readers(layers, output);
-    std::vector<schedule_step> steps;
+inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
+    const buffer<std::size_t> readers = count_readers(layers, output);
+    buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size();) {
         if (is_cheap_head(layers, i, output)) {
             ++i;
@@ -8089,8 +8509,8 @@ inline std::vector<schedule_step> fuse(const std::vector<packed_layer>& layers, 
 }
 
 /// The tensors that a step reads from memory.
-inline std::vector<std::size_t> tensors_read(const std::vector<packed_layer>& layers, const schedule_step& step) {
-    std::vector<std::size_t> read{step.input};
+inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, const schedule_step& step) {
+    buffer<std::size_t> read{step.input};
     std::size_t brought = step.input;
     for (std::size_t layer : step.layers) {
         bool is_brought = false;
@@ -8105,23 +8525,23 @@ inline std::vector<std::size_t> tensors_read(const std::vector<packed_layer>& la
 
 /// A step for an input of a certain size.
 struct planned_step {
-    std::vector<chain_stage> chain;
+    buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
     bool overwrites_input = false;  ///< the result lies where the input lies
     std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
 };
 
 struct schedule_plan {
-    std::vector<planned_step> steps;
-    std::vector<std::size_t> offsets;  ///< of each tensor that is stored
+    buffer<planned_step> steps;
+    buffer<std::size_t> offsets;  ///< of each tensor that is stored
     std::size_t tensor_bytes = 0;      ///< of all of them together
     std::size_t strip_bytes = 0;       ///< working memory of one strip
     std::size_t cut_bytes = 0;         ///< copied rows around one cut between strips
 };
 
-inline std::vector<chain_stage> plan_chain(const std::vector<packed_layer>& layers, const schedule_step& step,
-                                           const std::vector<tensor_size>& sizes, const std::vector<std::size_t>& channels) {
-    std::vector<chain_stage> chain;
+inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const schedule_step& step,
+                                           const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels) {
+    buffer<chain_stage> chain;
     std::size_t from = step.input, repeat = 1;
     for (std::size_t i = 0; i < step.layers.size(); ++i) {
         const std::size_t l = step.layers[i];
@@ -8172,8 +8592,8 @@ struct tensor_block {
 };
 
 /// Large blocks first, each at the lowest place that is free as long as it lives. Returns the end of the highest.
-inline std::size_t place(std::vector<tensor_block>& blocks) {
-    std::vector<tensor_block*> order, placed;
+inline std::size_t place(buffer<tensor_block>& blocks) {
+    buffer<tensor_block*> order, placed;
     for (tensor_block& block : blocks)
         if (block.bytes > 0) order.push_back(&block);
     std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
@@ -8195,11 +8615,11 @@ inline std::size_t place(std::vector<tensor_block>& blocks) {
 }
 
 /// sizes, channels  of all tensors
-inline schedule_plan plan_schedule(const std::vector<packed_layer>& layers, const std::vector<schedule_step>& schedule,
-                                   const std::vector<tensor_size>& sizes, const std::vector<std::size_t>& channels,
+inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
+                                   const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels,
                                    std::size_t output, bool overwrite) {
     schedule_plan plan;
-    std::vector<std::size_t> last_reader(sizes.size());
+    buffer<std::size_t> last_reader(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i)
         for (std::size_t t : tensors_read(layers, schedule[i])) last_reader[t] = i;
     last_reader[output] = schedule.size();
@@ -8207,8 +8627,8 @@ inline schedule_plan plan_schedule(const std::vector<packed_layer>& layers, cons
     const auto bytes = [&](std::size_t t) {
         return round_up(sizes[t].height * sizes[t].width * channels[t] + chain_stage::slack);
     };
-    std::vector<tensor_block> blocks{{bytes(0), 0, last_reader[0], 0}};
-    std::vector<std::size_t> block_of(sizes.size());
+    buffer<tensor_block> blocks{{bytes(0), 0, last_reader[0], 0}};
+    buffer<std::size_t> block_of(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i) {
         planned_step step{plan_chain(layers, schedule[i], sizes, channels), schedule[i].input, schedule[i].output()};
         const std::size_t last_step = std::max(last_reader[step.output], i);
@@ -8291,8 +8711,8 @@ public:
     };
 
     /// In the order in which run() calls `progress`.
-    std::vector<step_description> describe_steps(tensor_size input) const {
-        std::vector<step_description> described;
+    buffer<step_description> describe_steps(tensor_size input) const {
+        buffer<step_description> described;
         for (const detail::planned_step& step : plan(input, fused_, true).steps) {
             const detail::chain_stage& last = step.chain.back();
             step_description d{last.layer->name, last.output, step.chain.size()};
@@ -8321,7 +8741,7 @@ public:
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
         check_channels(input);
-        const detail::schedule_plan planned = plan({height(input), width(input)}, fused_, true);
+        const detail::schedule_plan planned = plan({input.height(), input.width()}, fused_, true);
         const auto after_step = [&](std::size_t step, const std::uint8_t*) {
             progress(static_cast<float>(step + 1) / static_cast<float>(planned.steps.size()));
         };
@@ -8335,8 +8755,8 @@ public:
     template <executor Executor, class Observe>
     image<std::uint8_t> run_observed(const image<std::uint8_t>& input, Executor& threads, Observe&& observe) const {
         check_channels(input);
-        const std::vector<tensor_size> all = sizes({height(input), width(input)});
-        const detail::schedule_plan planned = plan({height(input), width(input)}, unfused_, false);
+        const buffer<tensor_size> all = sizes({input.height(), input.width()});
+        const detail::schedule_plan planned = plan({input.height(), input.width()}, unfused_, false);
         const auto after_step = [&](std::size_t layer, const std::uint8_t* values) {
             const image<std::uint8_t> tensor = to_image(values, all[layer + 1], channels_[layer + 1]);
             observe(layer, std::string_view(layers_[layer].name), tensor);
@@ -8346,13 +8766,13 @@ public:
 
 private:
     void check_channels(const image<std::uint8_t>& input) const {
-        if (channels(input) != input_channels())
+        if (input.channels() != input_channels())
             raise(error_code::mismatch, input_name_, std::to_string(input_channels()) + " channels",
-                  std::to_string(channels(input)));
+                  std::to_string(input.channels()));
     }
 
     void find_last_uses() {
-        std::vector<std::size_t> last(layers_.size() + 1);
+        buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
             last[i + 1] = i;  // a tensor that nothing reads goes at once
             for (std::size_t t : layers_[i].inputs) last[t] = i;
@@ -8363,11 +8783,11 @@ private:
     }
 
     /// The size of every tensor, found before anything is allocated.
-    std::vector<tensor_size> sizes(tensor_size input) const {
+    buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
                   std::to_string(input.width) + " x " + std::to_string(input.height) + " pixels");
-        std::vector<tensor_size> found{input};
+        buffer<tensor_size> found{input};
         std::uint64_t alive = bytes(0, input);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
             const detail::packed_layer& layer = layers_[i];
@@ -8395,16 +8815,16 @@ private:
         return product;
     }
 
-    detail::schedule_plan plan(tensor_size input, const std::vector<detail::schedule_step>& schedule, bool overwrite) const {
+    detail::schedule_plan plan(tensor_size input, const buffer<detail::schedule_step>& schedule, bool overwrite) const {
         return detail::plan_schedule(layers_, schedule, sizes(input), channels_, output_, overwrite);
     }
 
     static std::size_t bytes_of(const detail::schedule_plan& planned, std::size_t strips) {
-        return planned.tensor_bytes + strips * (planned.strip_bytes + planned.cut_bytes) + detail::cache_line;
+        return planned.tensor_bytes + strips * (planned.strip_bytes + planned.cut_bytes) + buffer_alignment;
     }
 
     static image<std::uint8_t> to_image(const std::uint8_t* values, tensor_size size, std::size_t channels) {
-        image<std::uint8_t> result = make_image<std::uint8_t>(size.height, size.width, channels);
+        image<std::uint8_t> result(size.height, size.width, channels, unset);
         std::memcpy(result.data(), values, result.size());
         return result;
     }
@@ -8419,10 +8839,10 @@ private:
             memory = {own.get(), bytes_of(planned, strips)};
         }
         LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
-        const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % detail::cache_line;
-        std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (detail::cache_line - misaligned);
+        const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
+        std::uint8_t* const base = reinterpret_cast<std::uint8_t*>(memory.data()) + (buffer_alignment - misaligned);
 
-        std::vector<std::uint8_t*> tensors;
+        buffer<std::uint8_t*> tensors;
         for (std::size_t offset : planned.offsets) tensors.push_back(base + offset);
         std::memcpy(tensors[0], input.data(), input.size());
         for (std::size_t i = 0; i < planned.steps.size(); ++i) {
@@ -8441,12 +8861,12 @@ private:
     }
 
     template <class Executor>
-    static void run_step(const detail::planned_step& step, const std::vector<std::uint8_t*>& tensors, std::uint8_t* memory,
+    static void run_step(const detail::planned_step& step, const buffer<std::uint8_t*>& tensors, std::uint8_t* memory,
                          const detail::schedule_plan& planned, Executor& threads) {
         const std::size_t rows = step.chain.back().output.height;
         struct strip_task {
             const detail::planned_step& step;
-            const std::vector<std::uint8_t*>& tensors;
+            const buffer<std::uint8_t*>& tensors;
             std::uint8_t *memory, *cuts;
             const detail::schedule_plan& planned;
             std::size_t rows, strips;
@@ -8490,11 +8910,11 @@ private:
 
     isa target_;
     std::string input_name_;
-    std::vector<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
-    std::vector<std::size_t> channels_;  ///< of each tensor
-    std::vector<detail::packed_layer> layers_;
-    std::vector<std::vector<std::size_t>> last_uses_;  ///< tensors that no later layer reads
-    std::vector<detail::schedule_step> fused_, unfused_;
+    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
+    buffer<std::size_t> channels_;  ///< of each tensor
+    buffer<detail::packed_layer> layers_;
+    buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
+    buffer<detail::schedule_step> fused_, unfused_;
     std::size_t output_ = 0;
 };
 
@@ -8592,7 +9012,7 @@ private:
     }
     std::size_t input(std::size_t i, std::size_t column) const { return row(i, column, 0, i); }
 
-    const std::vector<std::size_t>& shape_of(const std::string& name) const {
+    const buffer<std::size_t>& shape_of(const std::string& name) const {
         const auto found = file_.tensors.find(name);
         if (found == file_.tensors.end())
             raise(error_code::mismatch, tensor_place(file_, name), "the weights of a convolution", "no such tensor");
@@ -8609,7 +9029,7 @@ private:
         used_.push_back(std::to_string(i) + ".weight");
         used_.push_back(std::to_string(i) + ".bias");
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
-        const std::vector<std::size_t>& shape = shape_of(weight);
+        const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
         // The number of channels of the input stands nowhere but in the weights of what reads it.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
@@ -8621,11 +9041,11 @@ private:
     }
 
     const named_tensors& file_;
-    const std::vector<std::int32_t>& rows_;
-    const std::vector<float>&scales_, &weight_scales_;
-    const std::vector<std::uint8_t>&zero_points_, &weight_zero_points_;
+    const buffer<std::int32_t>& rows_;
+    const buffer<float>&scales_, &weight_scales_;
+    const buffer<std::uint8_t>&zero_points_, &weight_zero_points_;
     std::vector<std::string> used_{"operators", "scales", "zero_points", "weight_scales", "weight_zero_points"};
-    std::vector<std::size_t> channels_;  ///< of each tensor
+    buffer<std::size_t> channels_;  ///< of each tensor
     network_description result_;
 };
 
@@ -8644,8 +9064,8 @@ namespace ldi {
 
 /// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
 struct farbrausch_architecture {
-    std::vector<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
-    std::vector<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
+    buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
+    buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
     int growth = 4;                                         ///< passes that carry colors on at the coarsest level
     float leak = 0.2F;                                      ///< of the decoder's activation, below 0
 };
@@ -8733,7 +9153,7 @@ struct farbrausch_input<std::uint8_t> {
 /// One convolution a level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
-    std::vector<Weights> encoder, decoder;
+    buffer<Weights> encoder, decoder;
     farbrausch_input<typename Weights::value_type> input;
 };
 
@@ -8761,7 +9181,7 @@ public:
 
     farbrausch_convolutions<conv_u8_weights> int8() const {
         auto result = pack_all<conv_u8_weights>([&](const layer& l, const values& weights, const values& bias) {
-            std::vector<quantized_source> sources;
+            buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
             if (l.inputs() * k * k > most_conv_u8_inputs)
@@ -8778,14 +9198,14 @@ private:
     std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
     static constexpr std::size_t input_channels = 4, output_channels = 3;
 
-    using values = std::vector<float>;
+    using values = buffer<float>;
     struct ranged_tensor {
         std::string name;
         std::size_t channels;
     };
     struct layer {
         std::string name;
-        std::vector<ranged_tensor> sources;
+        buffer<ranged_tensor> sources;
         std::size_t outputs;
         std::int32_t kernel;
         activation after;
@@ -8837,7 +9257,7 @@ private:
         return result;
     }
 
-    const values& finite(const std::string& name, const std::vector<std::size_t>& shape) const {
+    const values& finite(const std::string& name, const buffer<std::size_t>& shape) const {
         const values& found = tensor_values<float>(file_, name, shape);
         if (!std::all_of(found.begin(), found.end(), [](float v) { return std::isfinite(v); }))
             raise(error_code::invalid_data, tensor_place(file_, name), "finite values", "others");
@@ -8874,7 +9294,7 @@ namespace ldi::detail {
 /// A level of detail, and what the network does there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
-    std::vector<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    buffer<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
@@ -8882,17 +9302,17 @@ struct farbrausch_level {
     pixel_subset decoded;                     ///< where the decoder gives a result
     convolution_plan encode;                  ///< from `read` here to `read` of the next level
     convolution_plan decode;                  ///< from `read` to `decoded`
-    std::vector<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
+    buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one a level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
-inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
                                                      std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
-    std::vector<farbrausch_level> levels(depth + 1);
-    std::vector<convolution_plan> encode(depth);
+    buffer<farbrausch_level> levels(depth + 1);
+    buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
         const graph& g = i == 0 ? finest : coarse;
@@ -8910,17 +9330,17 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
     }
 
     // The decoder, from its result down to the coarsest level.
-    std::vector<std::vector<std::uint8_t>> read_marks(depth);
+    buffer<buffer<std::uint8_t>> read_marks(depth);
     levels[0].decoded = pixel_subset::marked(wanted);
     for (std::size_t i = 0; i < depth; ++i) {
         farbrausch_level& level = levels[i];
         level.decode = restrict_to(level.average, level.decoded.pixels);
         read_marks[i].assign(level.pixel_count, 0);
         mark_needed_inputs(level.decode, read_marks[i]);
-        std::vector<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
+        buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
             if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
-                above_marks[static_cast<std::size_t>(level.above[pixel])] = 1;
+                above_marks[level.above[pixel]] = 1;
         levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
@@ -8936,8 +9356,8 @@ inline std::vector<farbrausch_level> plan_farbrausch(const graph& finest, std::s
         level.decode = on_subsets(std::move(level.decode), level.decoded, level.read);
         level.decoded_above.reserve(level.read.size());
         for (const std::int32_t pixel : level.read.pixels) {
-            const std::int32_t above = level.above[static_cast<std::size_t>(pixel)];
-            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[static_cast<std::size_t>(above)]);
+            const std::int32_t above = level.above[pixel];
+            level.decoded_above.push_back(above == no_pixel ? no_pixel : next.decoded.row_of[above]);
         }
     }
     return levels;
@@ -9001,7 +9421,7 @@ public:
     std::span<const float> values() const { return values_; }
 
 private:
-    aligned_vector<float> values_;
+    buffer<float> values_;
 };
 
 /// The average of `count = sum[3]` colors whose sum this is.
@@ -9057,15 +9477,16 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 struct smooth_fills {
     masked_colors
         input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
-    std::vector<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
+    buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
 };
 
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const photo_layers& layers, std::vector<farbrausch_level>& levels, int growth, Executor& threads)
-        : colors_(layers.column<color_column>()),
-          known_(layers.column<known_column>()),
+    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels, int growth,
+                  Executor& threads)
+        : colors_(colors),
+          known_(known),
           levels_(levels),
           growth_(growth),
           threads_(threads) {
@@ -9074,7 +9495,7 @@ public:
 
     smooth_fills run() {
         const std::size_t depth = levels_.size() - 1;
-        std::vector<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
+        buffer<masked_colors> known(depth + 1);  // of level 0 it is the photo itself
         for (std::size_t i = 0; i < depth; ++i) {
             known[i + 1] = masked_colors(levels_[i + 1].pixel_count);
             const auto store = [&](std::int32_t output, masked_color c) { known[i + 1].set(output, c); };
@@ -9105,7 +9526,7 @@ private:
     }
 
     /// What is known, and elsewhere the color above.
-    masked_colors from_above(const masked_colors& coarse, const std::vector<std::int32_t>& above,
+    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above,
                               const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -9118,7 +9539,7 @@ private:
 
     /// Averages what is not known, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
-        std::vector<std::int32_t> unknown;
+        buffer<std::int32_t> unknown;
         for (std::size_t i = 0; i < known.size(); ++i)
             if (!known.has(static_cast<std::int32_t>(i))) unknown.push_back(static_cast<std::int32_t>(i));
         spread_at(colors, restrict_to(windows, unknown), passes);
@@ -9136,7 +9557,7 @@ private:
 
     /// The color above where there is one, else what is known; averaged once.
     masked_colors average_from_above(const masked_colors& coarse, std::size_t level, const masked_colors& known) {
-        const std::vector<std::int32_t>& above = levels_[level].above;
+        const buffer<std::int32_t>& above = levels_[level].above;
         masked_colors result(levels_[level].pixel_count);
         average_windows(
             levels_[level].average, threads_,
@@ -9146,9 +9567,9 @@ private:
     }
 
     template <class Else>
-    static masked_color above_or(const masked_colors& coarse, const std::vector<std::int32_t>& above, std::int32_t pixel,
+    static masked_color above_or(const masked_colors& coarse, const buffer<std::int32_t>& above, std::int32_t pixel,
                                   Else&& otherwise) {
-        const std::int32_t from = above[static_cast<std::size_t>(pixel)];
+        const std::int32_t from = above[pixel];
         if (from != no_pixel) {
             const masked_color color = coarse[from];
             if (color[3] != 0.0F) return color;
@@ -9161,10 +9582,10 @@ private:
         const farbrausch_level& level = levels_[0];
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
-        std::vector<std::int32_t> unknown;
+        buffer<std::int32_t> unknown;
         for (std::size_t row = 0; row < read.size(); ++row) {
-            const std::int32_t pixel = read.pixels[row], above = level.above[static_cast<std::size_t>(pixel)];
-            if (known_[static_cast<std::size_t>(pixel)] != 0)
+            const std::int32_t pixel = read.pixels[row], above = level.above[pixel];
+            if (known_[pixel] != 0)
                 fill.set(static_cast<std::int32_t>(row), photo(pixel));
             else if (unknown.push_back(pixel); above != no_pixel)
                 fill.set(static_cast<std::int32_t>(row), fill_above[above]);
@@ -9174,7 +9595,7 @@ private:
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
-            const std::int32_t row = read.row_of[static_cast<std::size_t>(level.decoded.pixels[d])];
+            const std::int32_t row = read.row_of[level.decoded.pixels[d]];
             const masked_color color = fill.has(row) ? fill[row] : mean();
             for (std::size_t c = 0; c < 3; ++c) result.fill[3 * d + c] = color[c];
         }
@@ -9182,9 +9603,9 @@ private:
             restrict_to(level.average, read.pixels), threads_,
             [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
             [&](std::int32_t pixel, masked_color tone) {
-                const std::int32_t row = read.row_of[static_cast<std::size_t>(pixel)];
+                const std::int32_t row = read.row_of[pixel];
                 masked_color relative = (fill.has(row) ? fill[row] : mean()) - (tone[3] != 0.0F ? tone : mean());
-                relative[3] = known_[static_cast<std::size_t>(pixel)] != 0 ? 1.0F : 0.0F;
+                relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
                 fill.set(row, relative);
             });
         result.input = std::move(fill);
@@ -9207,8 +9628,8 @@ private:
         return mean_;
     }
 
-    const std::vector<std::uint8_t>&colors_, &known_;
-    std::vector<farbrausch_level>& levels_;
+    const buffer<std::uint8_t>&colors_, &known_;
+    buffer<farbrausch_level>& levels_;
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
@@ -9243,14 +9664,14 @@ public:
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
     /// watcher is told of progress as stage "color inpainting"
-    template <executor Executor>
-    void inpaint(photo_layers& layers, Executor& threads, const observer& watcher = {}) const;
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    void inpaint(Layers& layers, Executor& threads, const observer& watcher = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known   H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor>
-    image<std::uint8_t> inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
+    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
                                 const observer& watcher = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
@@ -9258,8 +9679,8 @@ public:
     ///
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
-    template <executor Executor>
-    std::vector<float> colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                const observer& watcher = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
@@ -9287,8 +9708,8 @@ private:
 
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
-    std::vector<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                   std::vector<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
+                                   buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
@@ -9307,13 +9728,13 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
     }
 }
 
-template <executor Executor>
-std::vector<float> farbrausch::colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+template <has_columns<color_column, known_column> Layers, executor Executor>
+buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                        const observer& watcher) const {
     LDI_ASSERT(wanted.size() == layers.size());
-    std::vector<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
     watcher.report(stage_name, 0.1F);
-    detail::smooth_fills fills = detail::smooth_filler(layers, levels, architecture_.growth, threads).run();
+    detail::smooth_fills fills = detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels, architecture_.growth, threads).run();
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -9323,19 +9744,19 @@ std::vector<float> farbrausch::colors(const photo_layers& layers, std::span<cons
     float done = 0.2F;
     const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
-    const std::vector<float> corrections = std::visit(
+    const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
     for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
     return std::move(fills.fill);
 }
 
 template <class Weights, executor Executor, class Report>
-std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                           std::vector<detail::farbrausch_level>& levels, Executor& threads,
+buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
+                                           buffer<detail::farbrausch_level>& levels, Executor& threads,
                                            Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_convolution_source<value_type>;
-    std::vector<feature_map<value_type>> encoded(depth() + 1);
+    buffer<feature_map<value_type>> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
         encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
         std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), layers.input);
@@ -9355,7 +9776,7 @@ std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions
         report();
     }
     feature_map<value_type> coarser = std::move(encoded[depth()]);
-    std::vector<float> result;
+    buffer<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
         const Weights& weights = layers.decoder[i];
         const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}, coarser.zero},
@@ -9376,13 +9797,13 @@ std::vector<float> farbrausch::corrections(const detail::farbrausch_convolutions
     return result;
 }
 
-template <executor Executor>
-void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer& watcher) const {
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
-    std::vector<std::uint8_t> wanted(known.size());
+template <has_columns<color_column, known_column> Layers, executor Executor>
+void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watcher) const {
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
-    const std::vector<float> values = colors(layers, wanted, threads, watcher);
-    std::vector<std::uint8_t>& color = layers.column<color_column>();
+    const buffer<float> values = colors(layers, wanted, threads, watcher);
+    buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
@@ -9390,14 +9811,16 @@ void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
+image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
                                         const observer& watcher) const {
-    LDI_ASSERT(channels(color) == 3 && channels(known) == 1 && height(color) == height(known) && width(color) == width(known));
-    photo_layers layers(make_grid(static_cast<std::int32_t>(width(color)), static_cast<std::int32_t>(height(color))));
-    std::copy(color.begin(), color.end(), layers.column<color_column>().begin());
-    std::copy(known.begin(), known.end(), layers.column<known_column>().begin());
+    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() && color.width() == known.width());
+    photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
+    for (std::size_t y = 0; y < color.height(); ++y) {
+        std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
+        std::copy_n(known.row(y), color.width(), layers.column<known_column>().data() + y * color.width());
+    }
     inpaint(layers, threads, watcher);
-    image<std::uint8_t> result = make_image<std::uint8_t>(height(color), width(color), 3);
+    image<std::uint8_t> result(color.height(), color.width(), 3, unset);
     std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
     return result;
 }
@@ -9479,11 +9902,11 @@ public:
     /// photo  H x W x 3, red, green, blue, 0 to 255
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
-    static image<std::uint8_t> resize_for_network(const image<std::uint8_t>& photo, Executor& threads) {
-        if (photo.size() == 0 || channels(photo) != 3)
+    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
+        if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
-                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
-        const tensor_size size = network_size({height(photo), width(photo)});
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+        const tensor_size size = network_size({photo.height(), photo.width()});
         return area_resize(photo, size.height, size.width, threads);
     }
 
@@ -9507,7 +9930,7 @@ public:
     }
 
     /// As quantized_network::describe_steps().
-    std::vector<quantized_network::step_description> describe_steps(tensor_size rgb) const {
+    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const {
         return network_.describe_steps(rgb);
     }
 
@@ -9520,7 +9943,7 @@ public:
     /// follow  is told of progress as stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
     template <executor Executor>
-    image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
+    image<float> disparity(image_view<const std::uint8_t> photo, Executor& threads, const observer& follow = {}) const {
         const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
         return disparity_of(levels(resize_for_network(photo, threads), threads, progress));
     }
@@ -9528,7 +9951,7 @@ public:
     /// What the values of levels() stand for, same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
-        image<float> result = make_image<float>(height(levels), width(levels), channels(levels));
+        image<float> result(levels.height(), levels.width(), levels.channels(), unset);
         std::transform(levels.data(), levels.data() + levels.size(), result.data(), [&](std::uint8_t q) { return table[q]; });
         return result;
     }
@@ -9542,7 +9965,7 @@ public:
             table[i] =
                 static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
         }
-        image<std::uint8_t> result = make_image<std::uint8_t>(height(rgb), width(rgb), channels(rgb));
+        image<std::uint8_t> result(rgb.height(), rgb.width(), rgb.channels(), unset);
         std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
         return result;
     }
@@ -9561,9 +9984,9 @@ private:
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
 
     static void check_input(const image<std::uint8_t>& rgb) {
-        if (rgb.size() == 0 || channels(rgb) != 3 || height(rgb) % alignment != 0 || width(rgb) % alignment != 0)
+        if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
             raise(error_code::mismatch, "depth network's input", "sides that are multiples of 32, 3 channels",
-                  std::to_string(height(rgb)) + " x " + std::to_string(width(rgb)) + " x " + std::to_string(channels(rgb)));
+                  std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
     /// What each 8-bit result of the network stands for. No disparity is 0 or less: that of a step's half stands for all of
@@ -9591,8 +10014,6 @@ private:
 namespace ldi {
 
 struct middle_component_options {
-    /// Neighbors that differ by more than this in disparity are not connected (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
     /// Components with fewer pixels than this are merged.
     std::int32_t smallest_size = 20;
 };
@@ -9606,30 +10027,30 @@ struct pixel_run {
 
 // Pixels of the photo that are connected, as runs and the component of each run.
 struct image_components {
-    std::vector<pixel_run> runs;
-    std::vector<std::size_t> row_start;  // the first run of each row, and one past the last
-    std::vector<std::int32_t> label;     // the component of each run
+    buffer<pixel_run> runs;
+    buffer<std::size_t> row_start;  // the first run of each row, and one past the last
+    buffer<std::int32_t> label;     // the component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
-        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y)]);
+        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
         const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
         const auto after =
             std::upper_bound(first, last, x, [](std::int32_t value, const pixel_run& r) { return value < r.first; });
-        return label[static_cast<std::size_t>(after - runs.begin() - 1)];
+        return label[after - runs.begin() - 1];
     }
 };
 
-inline image_components find_components(const image<float>& disparity, float threshold) {
+inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
     image_components found;
-    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
     disjoint_sets sets;
     std::size_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
-        const float* here = row(disparity, static_cast<std::size_t>(y));
+        const float* here = disparity.row(y);
         const std::size_t first = found.runs.size();
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
-            if (x + 1 == columns || std::abs(here[x] - here[x + 1]) > threshold) {
+            if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
                 found.runs.push_back({y, start, x + 1});
                 sets.add();
                 start = x + 1;
@@ -9637,9 +10058,9 @@ inline image_components find_components(const image<float>& disparity, float thr
         // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
         for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
-            const float* over = here - columns;
+            const float* over = disparity.row(y - 1);
             for (std::int32_t x = std::max(a.first, b.first); x < std::min(a.last, b.last); ++x)
-                if (std::abs(here[x] - over[x]) <= threshold) {
+                if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
                 }
@@ -9655,7 +10076,7 @@ inline image_components find_components(const image<float>& disparity, float thr
 
 // The pixels of one small component.
 struct small_component {
-    std::vector<pixel_run> runs;
+    buffer<pixel_run> runs;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
@@ -9671,17 +10092,18 @@ struct small_component {
 /// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
 /// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
 /// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
-inline std::size_t merge_middle_components(image<float>& disparity, const middle_component_options& options = {}) {
-    const detail::image_components components = detail::find_components(disparity, options.discontinuity_threshold);
-    const std::int32_t rows = static_cast<std::int32_t>(height(disparity)), columns = static_cast<std::int32_t>(width(disparity));
+inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
+                                           const middle_component_options& options = {}) {
+    const detail::image_components components = detail::find_components(disparity, surface);
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
 
-    std::vector<std::int32_t> size, small_index;
+    buffer<std::int32_t> size, small_index;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (label >= size.size()) size.resize(label + 1, 0);
         size[label] += components.runs[r].last - components.runs[r].first;
     }
-    std::vector<detail::small_component> small;
+    buffer<detail::small_component> small;
     small_index.assign(size.size(), -1);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
@@ -9690,16 +10112,16 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
             small_index[label] = static_cast<std::int32_t>(small.size());
             small.emplace_back();
         }
-        small[static_cast<std::size_t>(small_index[label])].runs.push_back(components.runs[r]);
+        small[small_index[label]].runs.push_back(components.runs[r]);
     }
 
-    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return row(disparity, static_cast<std::size_t>(y))[x]; };
+    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
     struct assignment {
         std::int32_t x, y;
         float disparity;
     };
     std::size_t merged = 0;
-    std::vector<assignment> pending, next;
+    buffer<assignment> pending, next;
     for (const detail::small_component& component : small) {
         const std::int32_t label = components.at(component.runs.front().first, component.runs.front().y);
         // Every pixel side on the component's boundary, with the pixel across it.
@@ -9722,7 +10144,7 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
             if ((other > value(x, y)) == to_nearer) pending.push_back({x, y, other});
         });
         // Breadth first: a pixel takes the value that reaches it first.
-        std::vector<std::pair<std::int32_t, std::int32_t>> done;
+        buffer<std::pair<std::int32_t, std::int32_t>> done;
         const auto is_done = [&](std::int32_t x, std::int32_t y) {
             return std::find(done.begin(), done.end(), std::pair{x, y}) != done.end();
         };
@@ -9783,14 +10205,15 @@ struct normalized_disparity {
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
 /// error_code::invalid_data if a value is not finite or, for inverse depth, not positive; error_code::invalid_option.
-inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) || !(options.relative_step >= 0.0F) ||
         !(options.largest_step > 0.0F) || !(options.largest_depth_ratio >= 1.0F))
         raise(error_code::invalid_option, "normalize_options",
               "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
               std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
                   std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
-    std::vector<float> sorted(source.data(), source.data() + source.size());
+    normalized_disparity result{image<float>(source), options.assumed_range};
+    buffer<float> sorted(result.disparity.begin(), result.disparity.end());
     if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
     for (float value : sorted)
         if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
@@ -9807,10 +10230,8 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
     const double step = std::abs(highest) * options.relative_step;
     const double span = std::max(highest - lowest, step / options.largest_step);
 
-    normalized_disparity result{image<float>::from_shape(source.shape()), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
-    for (std::size_t i = 0; i < source.size(); ++i)
-        result.disparity.data()[i] = static_cast<float>(std::clamp(1.0 - (highest - source.data()[i]) * scale, 0.0, 1.0));
+    for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
@@ -9832,8 +10253,6 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
 namespace ldi {
 
 struct resample_options {
-    /// Samples that differ by more than this in disparity are on different surfaces.
-    float discontinuity_threshold = 0.05F;
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
     /// Standard deviation of the Gaussian on color difference, in gray levels (Euclidean over the three channels).
@@ -9871,15 +10290,15 @@ struct window {
 };
 
 // The mean color of the photo's pixels whose centers fall on each sample of the map.
-inline image<float> colors_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
-    image<float> mean = make_image<float>(rows, columns, 3, 0.0F);
-    std::vector<float> count(rows * columns, 0.0F);
-    std::vector<std::size_t> sample_column(width(photo));
-    for (std::size_t x = 0; x < width(photo); ++x) sample_column[x] = x * columns / width(photo);
-    for (std::size_t y = 0; y < height(photo); ++y) {
-        const std::uint8_t* from = row(photo, y);
-        const std::size_t v = y * rows / height(photo);
-        for (std::size_t x = 0; x < width(photo); ++x) {
+inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
+    image<float> mean(rows, columns, 3, 0.0F);
+    buffer<float> count(rows * columns, 0.0F);
+    buffer<std::size_t> sample_column(photo.width());
+    for (std::size_t x = 0; x < photo.width(); ++x) sample_column[x] = x * columns / photo.width();
+    for (std::size_t y = 0; y < photo.height(); ++y) {
+        const std::uint8_t* from = photo.row(y);
+        const std::size_t v = y * rows / photo.height();
+        for (std::size_t x = 0; x < photo.width(); ++x) {
             const std::size_t i = v * columns + sample_column[x];
             for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
             count[i] += 1.0F;
@@ -9900,29 +10319,29 @@ inline image<float> colors_at_samples(const image<std::uint8_t>& photo, std::siz
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
 /// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
+image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
     using namespace detail::resample;
-    const std::size_t rows = height(disparity), columns = width(disparity);
-    if (disparity.size() == 0 || photo.size() == 0 || channels(disparity) != 1 || channels(photo) != 3)
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
-              std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)) + " and " +
-                  std::to_string(height(photo)) + " x " + std::to_string(width(photo)) + " x " + std::to_string(channels(photo)));
+              std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()) + " and " +
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
-    image<float> result = make_image<float>(height(photo), width(photo));
-    if (rows >= height(photo) && columns >= width(photo)) {
-        for (std::size_t y = 0; y < height(photo); ++y) {
-            const float* from = row(disparity, (2 * y + 1) * rows / (2 * height(photo)));
-            for (std::size_t x = 0; x < width(photo); ++x) row(result, y)[x] = from[(2 * x + 1) * columns / (2 * width(photo))];
+    image<float> result(photo.height(), photo.width(), 1, unset);
+    if (rows >= photo.height() && columns >= photo.width()) {
+        for (std::size_t y = 0; y < photo.height(); ++y) {
+            const float* from = disparity.row((2 * y + 1) * rows / (2 * photo.height()));
+            for (std::size_t x = 0; x < photo.width(); ++x) result.row(y)[x] = from[(2 * x + 1) * columns / (2 * photo.width())];
         }
         return result;
     }
 
     const image<float> colors = colors_at_samples(photo, rows, columns);
-    const float scale_x = static_cast<float>(columns) / static_cast<float>(width(photo));
-    const float scale_y = static_cast<float>(rows) / static_cast<float>(height(photo));
+    const float scale_x = static_cast<float>(columns) / static_cast<float>(photo.width());
+    const float scale_y = static_cast<float>(rows) / static_cast<float>(photo.height());
     const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
     const float color_falloff = 0.5F / (options.color_sigma * options.color_sigma);
     const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
@@ -9941,59 +10360,59 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
         for (std::size_t v = first; v < last; ++v)
             for (std::size_t u = 0; u < columns; ++u) {
                 around.count = 0;
-                float low = row(disparity, v)[u], high = low;
+                float low = disparity.row(v)[u], high = low;
                 for (int dv = -radius; dv <= radius; ++dv)
                     for (int du = -radius; du <= radius; ++du) {
                         const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(v) + dv, x = static_cast<std::ptrdiff_t>(u) + du;
                         if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(rows) || x >= static_cast<std::ptrdiff_t>(columns))
                             continue;
-                        const float d = row(disparity, static_cast<std::size_t>(y))[x];
+                        const float d = disparity.row(static_cast<std::size_t>(y))[x];
                         nearest[around.count++] = {d, x, y};
                         low = std::min(low, d), high = std::max(high, d);
                     }
-                const bool near_edge = high - low > options.discontinuity_threshold;
+                const bool near_edge = !surface.same_surface(high, low);
                 if (near_edge) {
                     std::sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(around.count),
                               [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
                     for (std::size_t s = 0; s < around.count; ++s) {
                         const neighbor& n = nearest[s];
-                        const float* c = row(colors, static_cast<std::size_t>(n.y)) + 3 * n.x;
+                        const float* c = colors.row(static_cast<std::size_t>(n.y)) + 3 * n.x;
                         around.disparity[s] = n.disparity, around.x[s] = static_cast<float>(n.x),
                         around.y[s] = static_cast<float>(n.y);
                         around.red[s] = c[0], around.green[s] = c[1], around.blue[s] = c[2];
                     }
                 }
 
-                const std::size_t y_end = ((v + 1) * height(photo) + rows - 1) / rows,
-                                  x_end = ((u + 1) * width(photo) + columns - 1) / columns;
-                for (std::size_t y = (v * height(photo) + rows - 1) / rows; y < y_end; ++y)
-                    for (std::size_t x = (u * width(photo) + columns - 1) / columns; x < x_end; ++x) {
+                const std::size_t y_end = ((v + 1) * photo.height() + rows - 1) / rows,
+                                  x_end = ((u + 1) * photo.width() + columns - 1) / columns;
+                for (std::size_t y = (v * photo.height() + rows - 1) / rows; y < y_end; ++y)
+                    for (std::size_t x = (u * photo.width() + columns - 1) / columns; x < x_end; ++x) {
                         const float at_x = (static_cast<float>(x) + 0.5F) * scale_x - 0.5F,
                                     at_y = (static_cast<float>(y) + 0.5F) * scale_y - 0.5F;
                         if (!near_edge) {
                             const float floor_x = std::floor(at_x), floor_y = std::floor(at_y);
                             const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x),
                                                  j = static_cast<std::ptrdiff_t>(floor_y);
-                            const float* above = row(disparity, clamped(j, rows));
-                            const float* below = row(disparity, clamped(j + 1, rows));
+                            const float* above = disparity.row(clamped(j, rows));
+                            const float* below = disparity.row(clamped(j + 1, rows));
                             const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
                             const float fx = at_x - floor_x, fy = at_y - floor_y;
-                            row(result, y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
+                            result.row(y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
                                                 fy * ((1.0F - fx) * below[left] + fx * below[right]);
                             continue;
                         }
-                        around.weigh(at_x, at_y, row(photo, y) + 3 * x, spatial_falloff, color_falloff, weight);
+                        around.weigh(at_x, at_y, photo.row(y) + 3 * x, spatial_falloff, color_falloff, weight);
                         float total = 0.0F;
                         for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
                         std::size_t median = 0;
                         for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
                         float mean = 0.0F, share = 0.0F;
                         for (std::size_t s = 0; s < around.count; ++s)
-                            if (std::abs(around.disparity[s] - around.disparity[median]) <= options.discontinuity_threshold) {
+                            if (surface.same_surface(around.disparity[s], around.disparity[median])) {
                                 mean += weight[s] * around.disparity[s];
                                 share += weight[s];
                             }
-                        row(result, y)[x] = mean / share;
+                        result.row(y)[x] = mean / share;
                     }
             }
     });
@@ -10016,8 +10435,6 @@ namespace ldi {
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
     float sigma = 0.2F;
-    /// A sample with one of its 4 neighbors farther away than this in disparity has no weight.
-    float edge_threshold = 0.05F;
 };
 
 namespace detail::median {
@@ -10115,11 +10532,11 @@ inline void run(four_floats* values) {
 
 // The part of a row's work that neighboring windows share: sorted columns, and sorted pairs of columns.
 struct sorted_columns {
-    std::vector<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
+    buffer<float> single[diameter], pair[2 * diameter];  // the i-th smallest at every x
 
     explicit sorted_columns(std::size_t stride) {
-        for (std::vector<float>& plane : single) plane.resize(stride + wide);
-        for (std::vector<float>& plane : pair) plane.resize(stride + wide);
+        for (buffer<float>& plane : single) plane.resize(stride + wide);
+        for (buffer<float>& plane : pair) plane.resize(stride + wide);
     }
 
     // rows[r]  the r-th of five rows of `stride` samples, weightless ones infinite; stride is a multiple of `wide`
@@ -10206,27 +10623,27 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight. Raises
-/// error_code::invalid_option if sigma is not above 0.
+/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel none of
+/// whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> weighted_median(const image<float>& disparity, const weighted_median_options& options = {},
+image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {}, const weighted_median_options& options = {},
                              Executor&& threads = {}) {
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
-    const std::size_t rows = height(disparity), columns = width(disparity);
-    image<float> result = make_image<float>(rows, columns);
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;
 
     // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
-    std::vector<float> seen((rows + 2 * radius) * stride, none);
-    const float threshold = options.edge_threshold;
+    buffer<float> seen((rows + 2 * radius) * stride, none);
+    const float threshold = surface.largest_step;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
-            const float* here = row(disparity, y);
-            const float* above = y > 0 ? row(disparity, y - 1) : here;
-            const float* below = y + 1 < rows ? row(disparity, y + 1) : here;
+            const float* here = disparity.row(y);
+            const float* above = y > 0 ? disparity.row(y - 1) : here;
+            const float* below = y + 1 < rows ? disparity.row(y + 1) : here;
             float* out = seen.data() + (y + radius) * stride + radius;
             const auto sample = [&](std::size_t x, float left, float right) {
                 const float v = here[x];
@@ -10246,8 +10663,8 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
             std::array<const float*, diameter> window;
             for (std::size_t r = 0; r < diameter; ++r) window[r] = seen.data() + (y + r) * stride;
             sorted.sort(window, stride);
-            const float* center = row(disparity, y);
-            float* out = row(result, y);
+            const float* center = disparity.row(y);
+            float* out = result.row(y);
             std::size_t x = 0;
             for (; x + wide <= columns; x += wide) store(out + x, sorted.filter(x, load(center + x), options.sigma));
             if (x < columns) {
@@ -10277,23 +10694,23 @@ namespace ldi::detail {
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph& g, const std::vector<std::uint8_t>& known, int rounds, Value&& value,
+void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value,
                      BeforeSolving&& before_solving, Store&& store) {
     diffusion solver;
     solver.start();
-    std::vector<std::int32_t> cell_of(g.size(), 0);
+    buffer<std::int32_t> cell_of(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
         for (side s : all_sides) {
             const std::int32_t neighbor = g.neighbors(s)[i];
             if (neighbor == no_pixel) continue;
-            if (known[static_cast<std::size_t>(neighbor)] != 0)
+            if (known[neighbor] != 0)
                 solver.add_known_neighbor(cell, value(neighbor, s));
             else if (s == side::left)
-                solver.link_left(cell, cell_of[static_cast<std::size_t>(neighbor)]);
+                solver.link_left(cell, cell_of[neighbor]);
             else if (s == side::up)
-                solver.link_up(cell, cell_of[static_cast<std::size_t>(neighbor)]);
+                solver.link_up(cell, cell_of[neighbor]);
         }
     }
     before_solving();
@@ -10317,15 +10734,15 @@ struct diffusion_inpainter {
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
     ///         gets the mean of the known colors next to unknown ones elsewhere.
-    template <executor Executor>
-    void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    void inpaint(Layers& layers, Executor&, const observer& watcher = {}) const {
         detail::diffuse_unknown(
-            layers.topology, layers.column<known_column>(), rounds,
-            [&](std::int32_t pixel, side) { return layers.at<color_column>(pixel).data(); },
+            layers.topology, layers.template column<known_column>(), rounds,
+            [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
             [&] { watcher.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion::color_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
-                    layers.at<color_column>(pixel)[c] =
+                    layers.template at<color_column>(pixel)[c] =
                         static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
             });
     }
@@ -10348,8 +10765,6 @@ struct curve_options {
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;
-    /// Two surfaces at a junction are different if they differ by more than this in disparity.
-    float discontinuity_threshold = 0.05F;
 };
 
 /// One side of a pixel with a discontinuity.
@@ -10369,8 +10784,8 @@ struct growth_constraint {
 
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
-    std::vector<discontinuity> sides;
-    std::vector<growth_constraint> constraints;  ///< at most one an end
+    buffer<discontinuity> sides;
+    buffer<growth_constraint> constraints;  ///< at most one an end
     bool is_closed = false;
 };
 
@@ -10391,7 +10806,7 @@ public:
         present_[index(other)] |= bit(opposite(towards));
     }
 
-    const std::vector<std::int32_t>& used() const { return used_; }
+    const buffer<std::int32_t>& used() const { return used_; }
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
@@ -10413,14 +10828,14 @@ private:
     static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
 
     std::int32_t stride_, width_, height_;
-    std::vector<std::uint8_t> present_;
-    std::vector<std::int32_t> used_;
+    buffer<std::uint8_t> present_;
+    buffer<std::int32_t> used_;
 };
 
 // A curve as it is traced: its corners, one more than its sides.
 struct trace {
-    std::vector<std::int32_t> corners;
-    std::vector<discontinuity> sides;
+    buffer<std::int32_t> corners;
+    buffer<discontinuity> sides;
     bool is_closed = false;
 };
 
@@ -10497,26 +10912,23 @@ private:
 
 }  // namespace detail::curves
 
-/// lifted     one layer: the graph that lift() makes, pixel (x, y) at index y * width + x
-/// disparity  K
-///
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
-inline std::vector<discontinuity_curve> find_discontinuity_curves(const graph& lifted, std::span<const float> disparity,
-                                                                  const curve_options& options = {}) {
-    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
-    LDI_ASSERT(disparity.size() == lifted.size());
-    std::vector<discontinuity_curve> curves;
-    const detail::curves::tracer tracer(lifted, disparity);
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, disparity_column>
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+    const buffer<float>& disparity = layer.template column<disparity_column>();
+    buffer<discontinuity_curve> curves;
+    const detail::curves::tracer tracer(layer.topology, disparity);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
-        float farthest = disparity[static_cast<std::size_t>(last.back)];
+        float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_round(corner))
-            farthest = std::min(farthest, disparity[static_cast<std::size_t>(pixel)]);
-        return disparity[static_cast<std::size_t>(last.back)] - farthest > options.discontinuity_threshold;
+            farthest = std::min(farthest, disparity[pixel]);
+        return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = std::min(options.tangent_length, t.sides.size());
@@ -10590,8 +11002,10 @@ public:
         return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    std::int32_t add(std::int32_t position, std::int32_t x, std::int32_t y, float disparity) {
-        const std::int32_t pixel = base_count_ + hidden_.add_pixel(x, y);
+    /// source  the pixel that the new one grew from
+    std::int32_t add(std::int32_t position, float disparity, std::int32_t source) {
+        const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x[position], base_.y[position]);
+        origin_.push_back(is_base(source) ? source : origin_[hidden_index(source)]);
         hidden_disparity_.push_back(disparity);
         older_.push_back(std::exchange(newest_[index(position)], pixel));
         return pixel;
@@ -10609,7 +11023,7 @@ public:
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         append(all.x, hidden_.x), append(all.y, hidden_.y);
         for (side s : all_sides) append(all.neighbors(s), hidden_.neighbors(s));
-        std::vector<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
         append(disparity, hidden_disparity_);
         see(std::as_const(all), std::span<const float>(disparity), base_.size());
     }
@@ -10619,12 +11033,13 @@ public:
     /// The base layer's image with the hidden pixels among its own, in canonical order.
     template <class... Columns>
     layered_image<Columns...> merge_into(const layered_image<Columns...>& base) const {
-        const std::vector<piece> pieces = order();
-        std::vector<std::int32_t> new_index(base_.size() + hidden_.size());
+        const buffer<piece> pieces = order();
+        buffer<std::int32_t> new_index(base_.size() + hidden_.size());
         for (const piece& p : pieces)
             for (std::int32_t i = 0; i < p.count; ++i) new_index[index(p.old_first + i)] = p.new_first + i;
 
         layered_image<Columns...> merged;
+        merged.surface = base.surface, merged.camera = base.camera, merged.range = base.range;
         graph& g = merged.topology;
         g.width = base_.width, g.height = base_.height;
         g.resize(new_index.size());
@@ -10650,7 +11065,7 @@ public:
                              merged.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(to * Columns::channels)),
                  ...);
             else
-                merged.template column<disparity_column>()[to] = hidden_disparity_[from];
+                (fill_hidden<Columns>(merged.template column<Columns>(), to, base.template column<Columns>(), from), ...);
         }
         return merged;
     }
@@ -10668,15 +11083,26 @@ private:
         return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
+    // Pixel `to` of a new column, which is hidden pixel `from`.
+    template <class Column>
+    void fill_hidden(buffer<typename Column::scalar>& column, std::size_t to, const buffer<typename Column::scalar>& of_base,
+                     std::size_t from) const {
+        if constexpr (std::is_same_v<Column, disparity_column>)
+            column[to] = hidden_disparity_[from];
+        else if constexpr (at_new_pixels<Column>() == new_pixels::copy)
+            for (std::size_t c = 0; c < Column::channels; ++c)
+                column[to * Column::channels + c] = of_base[index(origin_[from]) * Column::channels + c];
+    }
+
     // All pixels in canonical order (core/canonical_order.hpp), in pieces.
-    std::vector<piece> order() const {
+    buffer<piece> order() const {
         const std::size_t rows = static_cast<std::size_t>(base_.height);
-        std::vector<std::size_t> hidden_start(rows + 1, 0);  // hidden pixels that start a run, filed by row
+        buffer<std::size_t> hidden_start(rows + 1, 0);  // hidden pixels that start a run, filed by row
         for (std::size_t i = 0; i < hidden_.size(); ++i)
             if (hidden_.left[i] == no_pixel) ++hidden_start[index(hidden_.y[i]) + 1];
         for (std::size_t y = 0; y < rows; ++y) hidden_start[y + 1] += hidden_start[y];
-        std::vector<std::int32_t> hidden_starts(hidden_start[rows]);
-        std::vector<std::size_t> next(hidden_start.begin(), hidden_start.end() - 1);
+        buffer<std::int32_t> hidden_starts(hidden_start[rows]);
+        buffer<std::size_t> next(hidden_start.begin(), hidden_start.end() - 1);
         for (std::size_t i = 0; i < hidden_.size(); ++i)
             if (hidden_.left[i] == no_pixel)
                 hidden_starts[next[index(hidden_.y[i])]++] = base_count_ + static_cast<std::int32_t>(i);
@@ -10686,8 +11112,8 @@ private:
             if (disparity(a) != disparity(b)) return disparity(a) > disparity(b);
             return a < b;
         };
-        std::vector<piece> pieces;
-        std::vector<std::int32_t> starts;
+        buffer<piece> pieces;
+        buffer<std::int32_t> starts;
         std::int32_t placed = 0;
         for (std::size_t row = 0; row < rows; ++row) {
             starts.clear();
@@ -10713,10 +11139,11 @@ private:
     graph& base_;
     std::span<const float> base_disparity_;
     std::int32_t base_count_;
-    std::vector<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
-    std::vector<std::int32_t> older_;   // the one added there before
+    buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
+    buffer<std::int32_t> older_;   // the one added there before
     graph hidden_;
-    std::vector<float> hidden_disparity_;
+    buffer<float> hidden_disparity_;
+    buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };
 
 }  // namespace ldi::detail
@@ -10730,17 +11157,15 @@ namespace ldi {
 struct expand_options {
     /// How far surfaces grow, in pixels: the width of what can be uncovered.
     int iterations = 50;
-    /// The paper's tau_disp: pixels closer than this in disparity are one surface, and link up when they meet.
-    float discontinuity_threshold = 0.05F;
 };
 
 namespace detail {
 
 class expansion {
 public:
-    expansion(graph& base, std::span<const float> disparity, std::span<const discontinuity_curve> curves,
+    expansion(graph& base, std::span<const float> disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
               const expand_options& options)
-        : pixels_(base, disparity), curves_(curves), options_(options), fronts_(curves.size()) {}
+        : pixels_(base, disparity), surface_(surface), curves_(curves), options_(options), fronts_(curves.size()) {}
 
     hidden_pixels& pixels() { return pixels_; }
 
@@ -10763,7 +11188,6 @@ private:
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
-        const float threshold = options_.discontinuity_threshold;
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
@@ -10782,17 +11206,17 @@ private:
 
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float other = pixels_.disparity(there);
-            if (std::abs(other - source) <= threshold) {  // fronts that meet link up; else the place is taken
+            if (surface_.same_surface(other, source)) {  // fronts that meet link up; else the place is taken
                 if (pixels_.neighbor(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
                 return;
             }
             const bool is_visible = there == position;
-            if (std::abs(other - created) <= threshold || (is_visible && created > other)) return;
+            if (surface_.same_surface(other, created) || (is_visible && created > other)) return;
         }
-        const std::int32_t made = pixels_.add(position, x, y, created);
+        const std::int32_t made = pixels_.add(position, created, pixel);
         for (side t : all_sides) {
             const std::int32_t neighbor = neighbors[static_cast<std::size_t>(t)];
-            if (neighbor != no_pixel && std::abs(pixels_.disparity(neighbor) - created) <= threshold)
+            if (neighbor != no_pixel && surface_.same_surface(pixels_.disparity(neighbor), created))
                 pixels_.link(made, t, neighbor);
         }
         created_.push_back(made);
@@ -10804,7 +11228,7 @@ private:
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = options_.discontinuity_threshold;
+        float best_difference = surface_.largest_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -10828,35 +11252,37 @@ private:
     }
 
     hidden_pixels pixels_;
+    surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     const expand_options& options_;
-    std::vector<std::vector<std::int32_t>> fronts_;  // the newest pixels of each curve
-    std::vector<std::int32_t> created_;
+    buffer<buffer<std::int32_t>> fronts_;  // the newest pixels of each curve
+    buffer<std::int32_t> created_;
 };
 
 }  // namespace detail
 
-/// layers  one layer, as lift() makes it and close_spurious_discontinuities() leaves it: pixel (x, y) at index y * width + x
-/// curves  of the same layers
+/// layer   as lift() makes it and close_spurious_discontinuities() leaves it
+/// curves  of the same layer
 ///
-/// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
-/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New
-/// links join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the
+/// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
+/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says itself
+/// what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity, first_new)`, if given, sees the
 /// unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
+    requires has_columns<layered_image<Columns...>, disparity_column>
+layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const observer& watcher = {},
                                  AfterIteration&& after_iteration = nullptr) {
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
-    detail::expansion expansion(layers.topology, layers.template column<disparity_column>(), curves, options);
+    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
     for (int i = 0; i < options.iterations; ++i) {
         expansion.run_iteration(i);
         if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
             expansion.pixels().show(after_iteration);
         watcher.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
     }
-    return expansion.pixels().merge_into(layers);
+    return expansion.pixels().merge_into(layer);
 }
 
 }  // namespace ldi
@@ -10900,7 +11326,9 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
 /// The photo's grain at its known pixels.
 class grain_meter {
 public:
-    explicit grain_meter(const photo_layers& layers) : layers_(layers), known_(layers.column<known_column>()) {}
+    /// color, known  the columns of a layered image with this graph
+    grain_meter(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known)
+        : graph_(g), color_(color), known_(known) {}
 
     /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
     /// known ones go: how far its brightness is from the mean of its neighbors to the left and right, above and below. Only
@@ -10926,18 +11354,19 @@ private:
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
-        const std::int32_t found = layers_.topology.neighbor(pixel, s);
-        return found != no_pixel && known_[static_cast<std::size_t>(found)] != 0 ? found : no_pixel;
+        const std::int32_t found = graph_.neighbor(pixel, s);
+        return found != no_pixel && known_[found] != 0 ? found : no_pixel;
     }
 
     float brightness(std::int32_t pixel) const {
-        const auto color = layers_.at<color_column>(pixel);
+        const std::uint8_t* color = color_.data() + 3 * static_cast<std::ptrdiff_t>(pixel);
         return 0.299F * static_cast<float>(color[0]) + 0.587F * static_cast<float>(color[1]) +
                0.114F * static_cast<float>(color[2]);
     }
 
-    const photo_layers& layers_;
-    const std::vector<std::uint8_t>& known_;
+    const graph& graph_;
+    const buffer<std::uint8_t>& color_;
+    const buffer<std::uint8_t>& known_;
 };
 
 inline void check_grain_option(const char* name, float value, float most) {
@@ -10953,15 +11382,16 @@ inline void check_grain_option(const char* name, float value, float most) {
 /// layers  in canonical order, with a color everywhere
 ///
 /// Errors: invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
-inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
+template <has_columns<color_column, known_column> Layers>
+void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_grain_option("strength", options.strength, 100.0F);
     detail::check_grain_option("limit", options.limit, 255.0F);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
-    const detail::grain_meter meter(layers);
+    const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
     std::array<std::uint8_t, 3> root;  // of the noise around, relative to the limit; diffusion takes three values, all the same
     detail::diffuse_unknown(
-        g, layers.column<known_column>(), options.rounds,
+        g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
             root.fill(static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F)))));
@@ -10972,7 +11402,7 @@ inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
             const float part = diffused[0] / 255.0F;
             const std::size_t i = static_cast<std::size_t>(pixel);
             const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
-            for (std::uint8_t& value : layers.at<color_column>(pixel))
+            for (std::uint8_t& value : layers.template at<color_column>(pixel))
                 value = static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<float>(value) + grain, 0.0F, 255.0F)));
         });
 }
@@ -10985,43 +11415,45 @@ inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
 
 namespace ldi {
 
-struct lift_options {
-    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
-};
-
 /// color     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every color is known. Raises error_code::mismatch
+/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and distances go from
+/// 1 to 10, until the caller says better. Raises error_code::mismatch
 /// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
-photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparity, const lift_options& options = {},
-                  Executor&& threads = {}) {
-    const std::size_t rows = height(disparity), columns = width(disparity);
-    if (height(color) != rows || width(color) != columns || channels(color) != 3 || channels(disparity) != 1 || rows == 0 ||
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
+                 Executor&& threads = {}) {
+    const std::size_t rows = disparity.height(), columns = disparity.width();
+    if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              std::to_string(height(color)) + " x " + std::to_string(width(color)) + " x " + std::to_string(channels(color)) +
-                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(channels(disparity)));
+              std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
+                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()));
     if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    photo_layers layers;
+    photo_layer layers;
+    layers.surface = surface;
     graph& g = layers.topology;
     g.width = static_cast<std::int32_t>(columns), g.height = static_cast<std::int32_t>(rows);
+    layers.camera = {g.width, g.height, focal_length_from_35mm(26.0F, g.width, g.height)};
     g.resize(rows * columns);
-    layers.column<color_column>().assign(color.data(), color.data() + 3 * rows * columns);
-    layers.column<disparity_column>().assign(disparity.data(), disparity.data() + rows * columns);
+    buffer<std::uint8_t>& colors = layers.column<color_column>();
+    buffer<float>& disparities = layers.column<disparity_column>();
+    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) {
+        colors.append(color.row(y), color.row(y) + 3 * columns);
+        disparities.append(disparity.row(y), disparity.row(y) + columns);
+    }
     layers.column<known_column>().assign(rows * columns, 1);
 
-    const float threshold = options.discontinuity_threshold;
     const std::int32_t stride = g.width;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
-            const float* here = row(disparity, y);
-            const float* above = y > 0 ? row(disparity, y - 1) : nullptr;
-            const float* below = y + 1 < rows ? row(disparity, y + 1) : nullptr;
+            const float* here = disparity.row(y);
+            const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
+            const float* below = y + 1 < rows ? disparity.row(y + 1) : nullptr;
             const std::size_t start = y * columns;
             const std::int32_t index = static_cast<std::int32_t>(start);
             for (std::int32_t x = 0; x < stride; ++x) {
@@ -11030,7 +11462,7 @@ photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparit
             }
             const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
                 for (std::int32_t x = 0; x < stride; ++x)
-                    links[x] = other != nullptr && std::abs(here[x] - other[x]) <= threshold ? index + x + step : no_pixel;
+                    links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? index + x + step : no_pixel;
             };
             link_vertically(g.up.data() + start, above, -stride);
             link_vertically(g.down.data() + start, below, stride);
@@ -11038,7 +11470,7 @@ photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparit
             std::int32_t* right = g.right.data() + start;
             left[0] = no_pixel;
             for (std::int32_t x = 0; x + 1 < stride; ++x) {
-                const bool linked = std::abs(here[x] - here[x + 1]) <= threshold;
+                const bool linked = surface.same_surface(here[x], here[x + 1]);
                 right[x] = linked ? index + x + 1 : no_pixel;
                 left[x + 1] = linked ? index + x : no_pixel;
             }
@@ -11070,21 +11502,21 @@ namespace detail {
 // Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
 // to be refilled from: a thin rod keeps its colors.
 template <payload_column... Columns>
-void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32_t>& edge, int margin) {
-    std::vector<std::uint8_t>& known = layers.template column<known_column>();
+void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
+    buffer<std::uint8_t>& known = layers.template column<known_column>();
     const graph& g = layers.topology;
     // rings[d]: the known pixels d steps away from the edge
-    std::vector<std::vector<std::int32_t>> rings(1);
+    buffer<buffer<std::int32_t>> rings(1);
     constexpr std::uint8_t visited = 2;
-    const auto visit = [&](std::int32_t pixel, std::vector<std::int32_t>& ring) {
-        std::uint8_t& state = known[static_cast<std::size_t>(pixel)];
+    const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
+        std::uint8_t& state = known[pixel];
         if (state != 1) return;
         state = visited;
         ring.push_back(pixel);
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
-        std::vector<std::int32_t> next;
+        buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
                 if (const std::int32_t neighbor = g.neighbor(pixel, s); neighbor != no_pixel) visit(neighbor, next);
@@ -11092,43 +11524,44 @@ void mark_margin(layered_image<Columns...>& layers, const std::vector<std::int32
     }
     // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
     constexpr std::uint8_t refillable = 3;
-    for (std::int32_t pixel : rings.back()) known[static_cast<std::size_t>(pixel)] = refillable;
+    for (std::int32_t pixel : rings.back()) known[pixel] = refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
-        std::vector<std::int32_t> accepted;
+        buffer<std::int32_t> accepted;
         for (std::int32_t outer : rings[d + 1]) {
-            if (known[static_cast<std::size_t>(outer)] != refillable) continue;
+            if (known[outer] != refillable) continue;
             for (side s : all_sides) {
                 const std::int32_t neighbor = g.neighbor(outer, s);
-                if (neighbor != no_pixel && known[static_cast<std::size_t>(neighbor)] == visited) accepted.push_back(neighbor);
+                if (neighbor != no_pixel && known[neighbor] == visited) accepted.push_back(neighbor);
             }
         }
-        for (std::int32_t pixel : accepted) known[static_cast<std::size_t>(pixel)] = refillable;
+        for (std::int32_t pixel : accepted) known[pixel] = refillable;
         rings[d].swap(accepted);
     }
     for (std::size_t d = 0; d + 1 < rings.size(); ++d)
-        for (std::int32_t pixel : rings[d]) known[static_cast<std::size_t>(pixel)] = 0;
+        for (std::int32_t pixel : rings[d]) known[pixel] = 0;
     for (std::uint8_t& state : known) state = state != 0 ? 1 : 0;
 }
 
 }  // namespace detail
 
-/// layers  one layer, as lift() makes it; every pixel with a missing link inside the photo lies on a silhouette
+/// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-void mark_mixed_colors(layered_image<Columns...>& layers, const mixed_color_options& options = {}) {
+    requires has_columns<layered_image<Columns...>, disparity_column, known_column>
+void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     const graph& g = layers.topology;
-    const std::vector<float>& disparity = layers.template column<disparity_column>();
-    std::vector<std::int32_t> foreground, background;
+    const buffer<float>& disparity = layers.template column<disparity_column>();
+    buffer<std::int32_t> foreground, background;
     const auto add = [&](std::int32_t a, std::int32_t b) {
-        const bool a_is_nearer = disparity[static_cast<std::size_t>(a)] > disparity[static_cast<std::size_t>(b)];
+        const bool a_is_nearer = disparity[a] > disparity[b];
         foreground.push_back(a_is_nearer ? a : b);
         background.push_back(a_is_nearer ? b : a);
     };
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
-        if (g.right[static_cast<std::size_t>(i)] == no_pixel && g.x[static_cast<std::size_t>(i)] + 1 < g.width) add(i, i + 1);
-        if (g.down[static_cast<std::size_t>(i)] == no_pixel && g.y[static_cast<std::size_t>(i)] + 1 < g.height)
+        if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
+        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height)
             add(i, i + g.width);
     }
     detail::mark_margin(layers, foreground, options.foreground_margin);
@@ -11144,13 +11577,13 @@ void mark_mixed_colors(layered_image<Columns...>& layers, const mixed_color_opti
 
 namespace ldi {
 
-/// lifted  one layer, as lift() makes it: pixel (x, y) at index y * width + x
 /// curves  those of its discontinuities that stay
 ///
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
-inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const discontinuity_curve> curves) {
-    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
-    std::vector<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
+template <payload_column... Columns>
+std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    graph& lifted = layer.topology;
+    buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));
     std::sort(kept.begin(), kept.end());
@@ -11189,13 +11622,13 @@ namespace ldi {
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    std::vector<std::int32_t> pixels;    ///< its pixels' indices in the layered image, ascending
+    buffer<std::int32_t> pixels;    ///< its pixels' indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
 struct chart_set {
-    std::vector<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
-    std::vector<chart> charts;
+    buffer<std::int32_t> chart_of;  ///< K: the chart that a pixel belongs to
+    buffer<chart> charts;
 };
 
 /// Where a chart lies in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
@@ -11212,8 +11645,6 @@ struct chart_options {
     std::int32_t max_side = 2048;
     /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
     std::int32_t filter_range = 4;
-    /// Pixels at most this far apart in disparity are one surface (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
 };
 
 namespace detail {
@@ -11221,10 +11652,10 @@ namespace detail {
 /// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
 /// at others are never of different surfaces within that range, so there constraint 3 holds of itself: almost everywhere, in a
 /// photo.
-inline std::vector<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
+inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     const std::size_t columns = static_cast<std::size_t>(g.width);
-    std::vector<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
+    buffer<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + static_cast<std::size_t>(y) * columns; };
     for (std::size_t i = 0; i < g.size(); ++i) {
         const std::int32_t x = g.x[i], y = g.y[i];
@@ -11249,11 +11680,11 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
+    chart_grower(const graph& g, std::span<const float> disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(options.discontinuity_threshold),
+          threshold_(surface.largest_step),
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
@@ -11271,7 +11702,7 @@ public:
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
             const std::int32_t c = chart_of(first);
             while (last < count && chart_of(last) == c) ++last;
-            std::vector<std::int32_t>& pixels = result_.charts[static_cast<std::size_t>(c)].pixels;
+            buffer<std::int32_t>& pixels = result_.charts[c].pixels;
             for (std::int32_t i = first; i < last; ++i) pixels.push_back(i);
         }
         return std::move(result_);
@@ -11303,7 +11734,7 @@ private:
         return (length + pieces - 1) / pieces;
     }
 
-    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[static_cast<std::size_t>(pixel)]; }
+    std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
 
     void grow(std::int32_t seed) {
         current_ = static_cast<std::int32_t>(result_.charts.size());
@@ -11324,10 +11755,10 @@ private:
         result_.charts.push_back(std::move(grown));
     }
 
-    void grow_from(const run& r, const std::vector<std::int32_t>& links, std::int32_t y) {
+    void grow_from(const run& r, const buffer<std::int32_t>& links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[static_cast<std::size_t>(pixel)]) {
-            const std::int32_t beyond = links[static_cast<std::size_t>(pixel)];
+        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
+            const std::int32_t beyond = links[pixel];
             if (may_join(beyond, x, y)) add_run(beyond, x, y);
         }
     }
@@ -11337,12 +11768,12 @@ private:
         accept(pixel, x, y);
         run r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right[static_cast<std::size_t>(last)];
+            last = graph_.right[last];
             if (!may_join(last, x + r.count, y)) break;
             accept(last, x + r.count, y);
         }
         for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left[static_cast<std::size_t>(r.first)];
+            const std::int32_t before = graph_.left[r.first];
             if (!may_join(before, r.x - 1, y)) break;
             accept(before, r.x - 1, y);
             r.first = before;
@@ -11410,13 +11841,13 @@ private:
     /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
     /// the other way, or where the surface ends before.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
-        const std::vector<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
-        const std::vector<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
-        const auto walk = [&](const std::vector<std::int32_t>& first, std::int32_t first_steps,
-                              const std::vector<std::int32_t>& second, std::int32_t second_steps) {
+        const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
+        const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
+        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps,
+                              const buffer<std::int32_t>& second, std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
-                const std::int32_t next = (step < first_steps ? first : second)[static_cast<std::size_t>(at)];
+                const std::int32_t next = (step < first_steps ? first : second)[at];
                 if (next == no_pixel) break;
                 at = next;
             }
@@ -11439,27 +11870,26 @@ private:
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
-    std::vector<std::uint8_t> near_other_;
-    std::vector<std::int32_t> occupants_;
+    buffer<std::uint8_t> near_other_;
+    buffer<std::int32_t> occupants_;
     int cell_shift_;
     std::size_t cell_columns_;
-    std::vector<cell> cells_;
-    std::vector<run> queue_;
+    buffer<cell> cells_;
+    buffer<run> queue_;
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };
 
 }  // namespace detail
 
-/// disparity  K, in [0, 1]
-///
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
-    LDI_ASSERT(disparity.size() == g.size());
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, disparity_column>
+chart_set make_charts(const layered_image<Columns...>& layers, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(g, disparity, options).grow_all();
+    return detail::chart_grower(layers.topology, layers.template column<disparity_column>(), layers.surface, options).grow_all();
 }
 
 }  // namespace ldi
@@ -11482,7 +11912,7 @@ struct rectangle_corner {
 /// Where each rectangle lies, and how large the sheet is that holds them all.
 struct packing {
     rectangle_size sheet;
-    std::vector<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
+    buffer<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
 };
 
 /// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
@@ -11535,7 +11965,7 @@ private:
         leaves_.push_back(l);
     }
 
-    std::vector<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
+    buffer<leaf> leaves_;  // a linked list that starts at leaf 0, which is none itself
     std::size_t before_ = 0;
     rectangle_size last_size_;
 };
@@ -11543,8 +11973,8 @@ private:
 namespace detail {
 
 /// Large ones first: by the longer side, then by the shorter, then in the caller's order.
-inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
-    std::vector<std::size_t> order(sizes.size());
+inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) {
+    buffer<std::size_t> order(sizes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         const rectangle_size m = sizes[a], n = sizes[b];
@@ -11559,7 +11989,7 @@ inline std::vector<std::size_t> packing_order(std::span<const rectangle_size> si
 }
 
 inline bool pack_into(std::span<const rectangle_size> sizes, std::span<const std::size_t> order, rectangle_size sheet,
-                      std::vector<rectangle_corner>& corners) {
+                      buffer<rectangle_corner>& corners) {
     packing_tree tree(sheet);
     corners.resize(sizes.size());
     for (std::size_t i : order)
@@ -11580,10 +12010,10 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
-    const std::vector<std::size_t> order = detail::packing_order(sizes);
+    const buffer<std::size_t> order = detail::packing_order(sizes);
 
     packing best;
-    std::vector<rectangle_corner> corners;
+    buffer<rectangle_corner> corners;
     const auto sheet_area = [](rectangle_size s) { return std::int64_t{s.width} * s.height; };
     const auto fits = [&](rectangle_size sheet) {
         if (!detail::pack_into(sizes, order, sheet, corners)) return false;
@@ -11662,7 +12092,7 @@ public:
           kind_of_(kind_of.data()),
           color_(color.data()),
           kind_(kind.data()),
-          stride_(static_cast<std::ptrdiff_t>(width(kind))) {}
+          stride_(static_cast<std::ptrdiff_t>(kind.width())) {}
 
     /// room  the chart's blocks: all four numbers are multiples of 16, and every side of the chart is at least `filter_padding`
     ///       texels away from its rim. Colors of texels that stay empty are left alone.
@@ -11784,10 +12214,10 @@ private:
             return inside && is_unknown(kind_[other]);
         };
         if (look(x > 0, texel - 1)) diffusion_.link_left(cell, cell - 1);
-        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[static_cast<std::size_t>(x)]);
+        if (look(y > 0, texel - stride_)) diffusion_.link_up(cell, cell_above_[x]);
         look(x + 1 < room.width, texel + 1);
         look(y + 1 < room.height, texel + stride_);
-        cell_above_[static_cast<std::size_t>(x)] = cell;
+        cell_above_[x] = cell;
     }
 
     const graph& graph_;
@@ -11796,10 +12226,10 @@ private:
     std::uint8_t* color_;
     texel_kind* kind_;
     std::ptrdiff_t stride_;
-    std::vector<border_texel> border_, next_border_;
+    buffer<border_texel> border_, next_border_;
     diffusion diffusion_;
-    std::vector<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
-    std::vector<std::int32_t> cell_above_, open_blocks_;
+    buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
+    buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
 }  // namespace ldi
@@ -11819,23 +12249,24 @@ struct atlas_options {
 struct texture_atlas {
     image<std::uint8_t> color;               ///< H x W x 3, sides multiples of 16; gray where no chart is
     image<texel_kind> kind;                   ///< H x W x 1: where each texel has its color from
-    std::vector<chart_placement> placements;  ///< one a chart
+    buffer<chart_placement> placements;  ///< one a chart
     float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
 
 /// photo, refilled or occluded for each pixel.
-inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
+template <class Layers>
+buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const graph& g = layers.topology;
-    const std::vector<float>& disparity = layers.column<disparity_column>();
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<float>& disparity = layers.template column<disparity_column>();
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
     const auto at = [&](std::size_t i) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
-    std::vector<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
+    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
     for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
-    std::vector<texel_kind> kinds(g.size());
+    buffer<texel_kind> kinds(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
         kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
     return kinds;
@@ -11846,14 +12277,15 @@ inline std::vector<texel_kind> pixel_kinds(const photo_layers& layers) {
 /// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
-template <executor Executor = const serial_executor>
-texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
+template <payload_column... Columns, executor Executor = const serial_executor>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+texture_atlas make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 
     const auto blocks = [&](std::int32_t length) { return (length + 2 * padding + macroblock_side - 1) / macroblock_side; };
-    std::vector<rectangle_size> sizes;
+    buffer<rectangle_size> sizes;
     sizes.reserve(charts.charts.size());
     for (const chart& c : charts.charts) sizes.push_back({blocks(c.width), blocks(c.height)});
     const packing packed = pack(sizes, options.max_side / macroblock_side);
@@ -11861,14 +12293,14 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     texture_atlas atlas;
     const std::size_t atlas_width = static_cast<std::size_t>(packed.sheet.width * macroblock_side);
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
-    atlas.color = make_image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
-    atlas.kind = make_image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
+    atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
+    atlas.kind = image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
     atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
 
-    const std::vector<texel_kind> kinds = detail::pixel_kinds(layers);
+    const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology, layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
@@ -11900,8 +12332,8 @@ struct lattice_point {
 /// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
 /// outline that is walked along the inside has them.
 struct polygon {
-    std::vector<lattice_point> points;
-    std::vector<std::int32_t> next;
+    buffer<lattice_point> points;
+    buffer<std::int32_t> next;
     std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
 
     void clear() { points.clear(), next.clear(), outline_count = 0; }
@@ -11910,7 +12342,7 @@ struct polygon {
 /// Why a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or touch where they
 /// must not.
 struct polygon_conflict {
-    std::vector<std::int32_t> edges;
+    buffer<std::int32_t> edges;
 };
 
 namespace detail {
@@ -11923,8 +12355,8 @@ inline std::uint64_t polygon_event(lattice_point p, std::size_t vertex) {
 
 /// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
 struct triangulation {
-    std::vector<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    std::vector<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+    buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
+    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
 };
 
 /// Triangulates polygons. Keep one to reuse its memory.
@@ -11966,7 +12398,7 @@ private:
         nodes_.push_back({at, vertex, -1, -1, -1});
         return static_cast<std::int32_t>(nodes_.size()) - 1;
     }
-    node& at(std::int32_t i) { return nodes_[static_cast<std::size_t>(i)]; }
+    node& at(std::int32_t i) { return nodes_[i]; }
     void join(std::int32_t a, std::int32_t b, std::int32_t link) { at(a).next = b, at(b).previous = a, at(a).link = link; }
     std::int32_t add_link(std::int32_t half_edge) {
         open_sides_.push_back(half_edge);
@@ -11985,12 +12417,12 @@ private:
     polygon_conflict conflict_at(const polygon& shape, std::size_t first, std::size_t last, std::size_t place) const;
     void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
 
-    std::vector<std::uint64_t> events_;  ///< vertices by y, then x
-    std::vector<std::int32_t> before_;   ///< the vertex whose next is this one
-    std::vector<node> nodes_;
-    std::vector<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
-    std::vector<active_edge> status_;       ///< edges that cross the sweep line, from left to right
-    std::vector<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
+    buffer<std::uint64_t> events_;  ///< vertices by y, then x
+    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    buffer<node> nodes_;
+    buffer<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
+    buffer<active_edge> status_;       ///< edges that cross the sweep line, from left to right
+    buffer<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
 };
 
 inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
@@ -12009,12 +12441,12 @@ inline std::optional<polygon_conflict> triangulator::operator()(const polygon& s
 
 inline void triangulator::attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
     if (link < 0) return;
-    std::int32_t& other = open_sides_[static_cast<std::size_t>(link)];
+    std::int32_t& other = open_sides_[link];
     if (other < 0) {
         other = half_edge;
     } else {
-        result.mates[static_cast<std::size_t>(other)] = half_edge;
-        result.mates[static_cast<std::size_t>(half_edge)] = other;
+        result.mates[other] = half_edge;
+        result.mates[half_edge] = other;
     }
 }
 
@@ -12025,7 +12457,7 @@ inline void triangulator::append(chain& c, std::int32_t p, std::int32_t link, tr
         if (turn(at(b).at, at(a).at, at(p).at) <= 0) break;
         const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
         for (std::int32_t i : {b, p, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.insert(result.mates.end(), 3, -1);
+        result.mates.resize(result.mates.size() + 3, -1);
         attach(link, half_edge + 1, result);
         attach(at(b).link, half_edge + 2, result);
         link = add_link(half_edge);
@@ -12042,7 +12474,7 @@ inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, t
         if (turn(at(p).at, at(a).at, at(b).at) <= 0) break;
         const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
         for (std::int32_t i : {p, b, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.insert(result.mates.end(), 3, -1);
+        result.mates.resize(result.mates.size() + 3, -1);
         attach(at(a).link, half_edge + 1, result);
         attach(link, half_edge + 2, result);
         link = add_link(half_edge);
@@ -12058,14 +12490,14 @@ inline void triangulator::collect_events(const polygon& shape) {
     events_.resize(count), before_.assign(count, -1);
     for (std::size_t v = 0; v < count; ++v) {
         events_[v] = detail::polygon_event(shape.points[v], v);
-        if (shape.next[v] >= 0) before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+        if (shape.next[v] >= 0) before_[shape.next[v]] = static_cast<std::int32_t>(v);
     }
     std::sort(events_.begin(), events_.end());
 }
 
 /// Files the edge from -> to under the edges that begin here if `from` or `to` is its upper end.
 inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
-    const lattice_point a = shape.points[static_cast<std::size_t>(from)], b = shape.points[static_cast<std::size_t>(to)];
+    const lattice_point a = shape.points[from], b = shape.points[to];
     const bool downwards = above(a, b), inner = from >= shape.outline_count;
     active_edge e{downwards ? a : b,
                   downwards ? b : a,
@@ -12094,12 +12526,12 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::siz
                                                   std::size_t place) const {
     polygon_conflict conflict;
     const auto add = [&](std::int32_t vertex) {
-        if (vertex >= 0 && shape.next[static_cast<std::size_t>(vertex)] >= 0) conflict.edges.push_back(vertex);
+        if (vertex >= 0 && shape.next[vertex] >= 0) conflict.edges.push_back(vertex);
     };
-    const lattice_point p = shape.points[static_cast<std::size_t>(events_[first] & 0xFFFFFF)];
+    const lattice_point p = shape.points[events_[first] & 0xFFFFFF];
     for (std::size_t event = first; event < last; ++event) {
         const std::int32_t v = static_cast<std::int32_t>(events_[event] & 0xFFFFFF);
-        add(v), add(before_[static_cast<std::size_t>(v)]);
+        add(v), add(before_[v]);
     }
     for (std::size_t i = 0; i < status_.size(); ++i)
         if (i == place || i + 1 == place || same(status_[i].lower, p) || (i > 0 && same(status_[i - 1].lower, p)) ||
@@ -12111,7 +12543,7 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::siz
 inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, std::size_t first_event,
                                                                  std::size_t last_event, triangulation& result) {
     const auto vertex_of = [&](std::size_t event) { return static_cast<std::int32_t>(events_[event] & 0xFFFFFF); };
-    const lattice_point p = shape.points[static_cast<std::size_t>(vertex_of(first_event))];
+    const lattice_point p = shape.points[vertex_of(first_event)];
 
     std::size_t ending = 0;
     starting_.clear();
@@ -12119,10 +12551,10 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
         const std::int32_t v = vertex_of(event);
         bool has_edge = false;
         for (const auto& [from, to] :
-             {std::pair{v, shape.next[static_cast<std::size_t>(v)]}, std::pair{before_[static_cast<std::size_t>(v)], v}}) {
+             {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
             if (from < 0 || to < 0) continue;
             has_edge = true;
-            const lattice_point other = shape.points[static_cast<std::size_t>(from == v ? to : from)];
+            const lattice_point other = shape.points[from == v ? to : from];
             if (same(p, other)) return polygon_conflict{{from}};
             if (above(other, p))
                 ++ending;
@@ -12252,7 +12684,7 @@ public:
         std::sort(events_.begin(), events_.end());
         active_.clear();
         for (std::size_t i = 0; i < events_.size(); ++i) {
-            const std::int32_t v = vertex_of(events_[i]), u = before_[static_cast<std::size_t>(v)];
+            const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
             for (std::size_t j = i + 1; j < events_.size() && (events_[j] >> 24) == (events_[i] >> 24); ++j)
                 compare_visits(v, vertex_of(events_[j]), report);
@@ -12270,21 +12702,21 @@ public:
         for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
         for (std::int32_t v = 0; v < count; ++v) {
             if (fresh[static_cast<std::size_t>(v)] == 0) continue;
-            const edge& e = edges_[static_cast<std::size_t>(v)];
+            const edge& e = edges_[v];
             for (const edge& f : edges_)
                 if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
                     if (collide(e, f)) report.collision(v, f.vertex);
             for (std::int32_t end : {v, next(v)}) {
                 check_visit(end, report);
-                const std::uint64_t here = events_[static_cast<std::size_t>(end)] >> 24;
+                const std::uint64_t here = events_[end] >> 24;
                 for (std::int32_t w = 0; w < count; ++w)
-                    if (events_[static_cast<std::size_t>(w)] >> 24 == here && w != end) compare_visits(end, w, report);
+                    if (events_[w] >> 24 == here && w != end) compare_visits(end, w, report);
             }
         }
     }
 
     /// The vertex before v on the outline of the last polygon.
-    std::int32_t before(std::int32_t v) const { return before_[static_cast<std::size_t>(v)]; }
+    std::int32_t before(std::int32_t v) const { return before_[v]; }
 
 private:
     struct edge {
@@ -12299,15 +12731,15 @@ private:
     static std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
     static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
     static bool above(lattice_point p, lattice_point q) { return p.y != q.y ? p.y < q.y : p.x < q.x; }
-    lattice_point point(std::int32_t v) const { return shape_->points[static_cast<std::size_t>(v)]; }
-    std::int32_t next(std::int32_t v) const { return shape_->next[static_cast<std::size_t>(v)]; }
+    lattice_point point(std::int32_t v) const { return shape_->points[v]; }
+    std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
     void assign(const polygon& shape) {
         shape_ = &shape;
         const std::size_t count = static_cast<std::size_t>(shape.outline_count);
         before_.resize(count), events_.resize(count);
         for (std::size_t v = 0; v < count; ++v) {
-            before_[static_cast<std::size_t>(shape.next[v])] = static_cast<std::int32_t>(v);
+            before_[shape.next[v]] = static_cast<std::int32_t>(v);
             events_[v] = polygon_event(shape.points[v], v);
         }
     }
@@ -12334,7 +12766,7 @@ private:
 
     template <class Report>
     void check_visit(std::int32_t v, Report& report) const {
-        const std::int32_t u = before_[static_cast<std::size_t>(v)];
+        const std::int32_t u = before_[v];
         if (same(point(u), point(next(v))) || same(point(v), point(next(v)))) report.spike(v);
     }
 
@@ -12343,7 +12775,7 @@ private:
         const visit a = visit_of(v), b = visit_of(w);
         if (overlap(a, b) || overlap(b, a)) report.overlap(v, w);
     }
-    visit visit_of(std::int32_t v) const { return {point(v), point(before_[static_cast<std::size_t>(v)]), point(next(v))}; }
+    visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
     static std::int64_t turn(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
@@ -12384,9 +12816,9 @@ private:
     }
 
     const polygon* shape_ = nullptr;
-    std::vector<std::uint64_t> events_;
-    std::vector<std::int32_t> before_;
-    std::vector<edge> edges_, active_;
+    buffer<std::uint64_t> events_;
+    buffer<std::int32_t> before_;
+    buffer<edge> edges_, active_;
 };
 
 }  // namespace ldi::detail
@@ -12399,7 +12831,7 @@ namespace ldi {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack);
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
 
 namespace detail {
 
@@ -12414,7 +12846,7 @@ inline void flip(triangulation& t, std::size_t h) {
     t.triangles[m1] = t.triangles[h2];
     const auto connect = [&](std::size_t from, std::int32_t to) {
         t.mates[from] = to;
-        if (to >= 0) t.mates[static_cast<std::size_t>(to)] = static_cast<std::int32_t>(from);
+        if (to >= 0) t.mates[to] = static_cast<std::int32_t>(from);
     };
     const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
     connect(h, beyond_ad);
@@ -12424,7 +12856,7 @@ inline void flip(triangulation& t, std::size_t h) {
 
 }  // namespace detail
 
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, std::vector<std::int32_t>& stack) {
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
     stack.clear();
     for (std::size_t h = 0; h < t.mates.size(); ++h)
@@ -12478,10 +12910,10 @@ constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
 /// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
-inline std::vector<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
-    std::vector<std::uint8_t> sides(g.size(), up | right | down | left);
+    buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
     const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
     std::uint8_t* const bits = sides.data();
@@ -12540,7 +12972,7 @@ struct pixel_corner {
 /// Moves over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
-    boundary_walker(const graph& g, const std::vector<std::uint8_t>& sides)
+    boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
         : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
 
     std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
@@ -12642,14 +13074,14 @@ struct outline_step {
 /// The outlines of all charts. Each chart has one or more loops, outer ones clockwise as seen in the photo and holes
 /// counter-clockwise: the chart lies to the right. Where an outline touches itself it visits the corner once for each part.
 struct chart_outlines {
-    std::vector<outline_corner> corners;
-    std::vector<boundary_piece> pieces;
-    std::vector<outline_step> steps;            ///< loop by loop
-    std::vector<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
-    std::vector<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
-    std::vector<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
-    std::vector<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
-    std::vector<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
+    buffer<outline_corner> corners;
+    buffer<boundary_piece> pieces;
+    buffer<outline_step> steps;            ///< loop by loop
+    buffer<std::int32_t> first_step;       ///< loop l has steps [first_step[l], first_step[l + 1])
+    buffer<std::int64_t> loop_area;        ///< in pixels: positive for outer loops, else not
+    buffer<std::int32_t> first_loop;       ///< chart c has loops [first_loop[c], first_loop[c + 1])
+    buffer<std::uint8_t> boundary_sides;   ///< K: bits 0 to 3 say where up, right, down, left leaves the pixel's chart
+    buffer<std::int32_t> boundary_pixels;  ///< the pixels for which a bit is set, ascending
 };
 
 /// Traces the outlines of all charts.
@@ -12668,8 +13100,8 @@ public:
         : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
-        std::vector<std::uint8_t>& sides = result_.boundary_sides;
-        std::vector<std::int32_t>& boundary_pixels = result_.boundary_pixels;
+        buffer<std::uint8_t>& sides = result_.boundary_sides;
+        buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
         boundary_pixels.reserve(sides.size() / 16);
         for (std::size_t i = 0; i < sides.size(); ++i) {
             std::uint64_t eight = 1;
@@ -12683,7 +13115,7 @@ public:
         for (std::int32_t pixel : boundary_pixels)
             for (int s = 0; s < 4; ++s)
                 if (walk_.is_boundary(pixel, s) && !is_traced({pixel, s})) trace_piece({pixel, s});
-        for (std::int32_t pixel : boundary_pixels) sides[static_cast<std::size_t>(pixel)] &= 0x0F;
+        for (std::int32_t pixel : boundary_pixels) sides[pixel] &= 0x0F;
     }
 
     void unite_junctions() {
@@ -12699,7 +13131,7 @@ public:
 
     void assemble_loops(std::size_t chart_count) {
         // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
-        std::vector<std::pair<std::int64_t, std::int32_t>> first_sides;
+        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
         first_sides.reserve(2 * ends_.size());
         for (std::size_t p = 0; p < ends_.size(); ++p) {
             const std::int32_t half = static_cast<std::int32_t>(2 * p);
@@ -12708,7 +13140,7 @@ public:
         }
         std::sort(first_sides.begin(), first_sides.end());
         const auto successor = [&](std::int32_t half) {
-            const piece_ends& e = ends_[static_cast<std::size_t>(half / 2)];
+            const piece_ends& e = ends_[half / 2];
             const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
             return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
         };
@@ -12716,17 +13148,17 @@ public:
         struct loop {
             std::int32_t chart, first, count;
         };
-        std::vector<loop> loops;
-        std::vector<outline_step> steps;
-        std::vector<std::uint8_t> used(2 * ends_.size(), 0);
+        buffer<loop> loops;
+        buffer<outline_step> steps;
+        buffer<std::uint8_t> used(2 * ends_.size(), 0);
         for (const auto& [side, first_half] : first_sides) {
-            if (used[static_cast<std::size_t>(first_half)]) continue;
-            const boundary_piece& piece = result_.pieces[static_cast<std::size_t>(first_half / 2)];
+            if (used[first_half]) continue;
+            const boundary_piece& piece = result_.pieces[first_half / 2];
             loops.push_back(
                 {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
             std::int32_t half = first_half;
             do {
-                used[static_cast<std::size_t>(half)] = 1;
+                used[half] = 1;
                 steps.push_back({half / 2, half % 2 != 0});
                 half = successor(half);
             } while (half != first_half);
@@ -12740,8 +13172,8 @@ public:
             result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
             std::int64_t area = 0;
             for (std::int32_t s = l.first; s < l.first + l.count; ++s) {
-                const outline_step step = steps[static_cast<std::size_t>(s)];
-                const std::int64_t swept = area_swept(result_.pieces[static_cast<std::size_t>(step.piece)]);
+                const outline_step step = steps[s];
+                const std::int64_t swept = area_swept(result_.pieces[step.piece]);
                 area += step.reversed ? -swept : swept;
                 result_.steps.push_back(step);
             }
@@ -12767,10 +13199,10 @@ private:
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
     bool is_traced(pixel_side e) const {
-        return (result_.boundary_sides[static_cast<std::size_t>(e.pixel)] & (side_bit(e.side) << 4)) != 0;
+        return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0;
     }
     void set_traced(pixel_side e) {
-        std::uint8_t& byte = result_.boundary_sides[static_cast<std::size_t>(e.pixel)];
+        std::uint8_t& byte = result_.boundary_sides[e.pixel];
         byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
     }
 
@@ -12778,7 +13210,7 @@ private:
     /// apart.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
-        if (n != no_pixel) return chart_of_[static_cast<std::size_t>(n)];
+        if (n != no_pixel) return chart_of_[n];
         const std::size_t i = static_cast<std::size_t>(e.pixel);
         const bool on_border = e.side == 0   ? g_.y[i] == 0
                                : e.side == 1 ? g_.x[i] == g_.width - 1
@@ -12789,15 +13221,15 @@ private:
 
     /// What a piece adds to the area of a loop that runs through it forward: what lies to the left of it.
     std::int64_t area_swept(const boundary_piece& piece) const {
-        const outline_corner* before = &result_.corners[static_cast<std::size_t>(piece.start)];
+        const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
         const auto advance = [&](const outline_corner& to) {
             area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
             before = &to;
         };
         for (std::int32_t i = 0; i < piece.inner_count; ++i)
-            advance(result_.corners[static_cast<std::size_t>(piece.first_inner + i)]);
-        advance(result_.corners[static_cast<std::size_t>(piece.end)]);
+            advance(result_.corners[piece.first_inner + i]);
+        advance(result_.corners[piece.end]);
         return area;
     }
 
@@ -12851,10 +13283,10 @@ private:
     }
 
     void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
-        std::vector<outline_corner>& corners = result_.corners;
-        boundary_piece piece{chart_of_[static_cast<std::size_t>(seed.pixel)], other < 0 ? no_chart : other, 0, 0, 0, 0};
+        buffer<outline_corner>& corners = result_.corners;
+        boundary_piece piece{chart_of_[seed.pixel], other < 0 ? no_chart : other, 0, 0, 0, 0};
         piece.first_inner = static_cast<std::int32_t>(corners.size());
-        corners.insert(corners.end(), backward_.rbegin(), backward_.rend());
+        corners.insert(corners.end(), std::reverse_iterator(backward_.end()), std::reverse_iterator(backward_.begin()));
         corners.insert(corners.end(), forward_.begin(), forward_.end());
         const std::size_t index = result_.pieces.size();
         piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
@@ -12881,12 +13313,12 @@ private:
 
     const graph& g_;
     std::span<const float> disparity_;
-    const std::vector<std::int32_t>& chart_of_;
+    const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
     boundary_walker walk_;
-    std::vector<piece_ends> ends_;
-    std::vector<junction> junctions_;
-    std::vector<outline_corner> forward_, backward_;
+    buffer<piece_ends> ends_;
+    buffer<junction> junctions_;
+    buffer<outline_corner> forward_, backward_;
 };
 
 }  // namespace detail
@@ -12947,7 +13379,7 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const stretch& r = stretches_[static_cast<std::size_t>(piece)];
+        const stretch& r = stretches_[piece];
         return {kept_.data() + r.first, r.count};
     }
 
@@ -12962,7 +13394,7 @@ public:
 
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
-        const stretch& r = stretches_[static_cast<std::size_t>(edge.piece)];
+        const stretch& r = stretches_[edge.piece];
         return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
     }
 
@@ -12972,11 +13404,11 @@ private:
         std::int32_t split;  ///< number of the split that made it
     };
 
-    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[static_cast<std::size_t>(id)]; }
+    const outline_corner& corner(std::int32_t id) const { return outlines_.corners[id]; }
     const chart_outlines& outlines_;
-    std::vector<std::int32_t> kept_;
-    std::vector<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
-    std::vector<stretch> stretches_;
+    buffer<std::int32_t> kept_;
+    buffer<std::uint8_t> fresh_;  ///< for each element of kept_, whether the edge that begins there is new in its split
+    buffer<stretch> stretches_;
     std::int32_t splits_ = 0;
 };
 
@@ -12986,7 +13418,7 @@ namespace detail {
 /// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
 /// the texture too far is cut in the middle.
 inline void douglas_peucker(std::span<const outline_corner> points, const simplify_options& options, const depth_range& range,
-                            std::vector<std::uint8_t>& keep, std::vector<std::pair<std::int32_t, std::int32_t>>& stack) {
+                            buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
@@ -13015,7 +13447,7 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
         if (split < 0 && range.texture_shift(std::sqrt(squared_length), a.disparity, b.disparity) > options.texture_tolerance)
             split = first + (last - first) / 2;
         if (split < 0) continue;
-        keep[static_cast<std::size_t>(split)] = 1;
+        keep[split] = 1;
         stack.emplace_back(first, split);
         stack.emplace_back(split, last);
     }
@@ -13030,9 +13462,9 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
               std::to_string(options.tolerance) + ", " + std::to_string(options.disparity_tolerance) + " and " +
                   std::to_string(options.texture_tolerance));
-    std::vector<outline_corner> points;
-    std::vector<std::uint8_t> keep;
-    std::vector<std::pair<std::int32_t, std::int32_t>> stack;
+    buffer<outline_corner> points;
+    buffer<std::uint8_t> keep;
+    buffer<std::pair<std::int32_t, std::int32_t>> stack;
     stretches_.reserve(outlines.pieces.size());
     for (const boundary_piece& p : outlines.pieces) {
         const auto inner = outlines.corners.begin() + p.first_inner;
@@ -13051,7 +13483,7 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
 }
 
 inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
-    const boundary_piece& p = outlines_.pieces[static_cast<std::size_t>(edge.piece)];
+    const boundary_piece& p = outlines_.pieces[edge.piece];
     const std::span<const std::int32_t> kept = corners(edge.piece);
     const std::size_t i = static_cast<std::size_t>(edge.index);
     return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
@@ -13087,7 +13519,7 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        stretches_[static_cast<std::size_t>(piece)] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[piece] = {first_kept, kept_.size() - first_kept, splits_};
     }
 }
 
@@ -13120,9 +13552,9 @@ struct stud_options {
 
 /// Studs of all charts.
 struct stud_set {
-    std::vector<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
-    std::vector<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
-    std::vector<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
+    buffer<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
+    buffer<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
+    buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
 };
 
 /// Places the studs of all charts. `outlines` are those of the same charts. Raises invalid_option.
@@ -13143,14 +13575,14 @@ public:
         std::int32_t line = 0;
         for (std::int32_t offset = 0; offset <= length; ++offset) {
             while (line < count && position(line) < begin + offset) ++line;
-            line_from_[static_cast<std::size_t>(offset)] = line;
+            line_from_[offset] = line;
         }
     }
 
     std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
-    std::int32_t position(std::int32_t line) const { return positions_[static_cast<std::size_t>(line)]; }
+    std::int32_t position(std::int32_t line) const { return positions_[line]; }
     /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
-    std::int32_t line_from(std::int32_t at) const { return line_from_[static_cast<std::size_t>(std::max(at - first_, 0))]; }
+    std::int32_t line_from(std::int32_t at) const { return line_from_[std::max(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
         return line < count() && position(line) == at;
@@ -13158,7 +13590,7 @@ public:
 
 private:
     std::int32_t first_;
-    std::vector<std::int32_t> positions_, line_from_;
+    buffer<std::int32_t> positions_, line_from_;
 };
 
 /// Finds where a profile bends: what Douglas-Peucker keeps of it, its ends included.
@@ -13193,8 +13625,8 @@ public:
     }
 
 private:
-    std::vector<std::uint8_t> keep_;
-    std::vector<std::pair<std::size_t, std::size_t>> stack_;
+    buffer<std::uint8_t> keep_;
+    buffer<std::pair<std::size_t, std::size_t>> stack_;
 };
 
 /// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
@@ -13207,16 +13639,16 @@ public:
         even_lines lines;
         std::size_t first_sample;
     };
-    std::vector<columns> charts;
-    std::vector<float> samples;
-    std::vector<std::uint8_t> present;
-    std::vector<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
+    buffer<columns> charts;
+    buffer<float> samples;
+    buffer<std::uint8_t> present;
+    buffer<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
 
     stud_sampler(const graph& g, std::span<const float> disparity, const chart_set& all, const chart_outlines& outlines,
                  const stud_options& options, const depth_range& range)
         : g_(g), disparity_(disparity), sides_(outlines.boundary_sides), clearance_(options.clearance) {
         std::size_t total = 0;
-        std::vector<even_lines> rows;
+        buffer<even_lines> rows;
         for (const chart& c : all.charts) {
             charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
             rows.emplace_back(c.y, c.height, options.spacing);
@@ -13227,14 +13659,14 @@ public:
         std::int32_t begin = 0;
         for (std::int32_t pixel : outlines.boundary_pixels) {
             // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
-            const std::uint8_t at_pixel = sides_[static_cast<std::size_t>(pixel)];
+            const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
             const std::int32_t end = pixel + 1;
             if (end - begin < 2 * clearance_) continue;
-            const std::size_t c = static_cast<std::size_t>(all.chart_of[static_cast<std::size_t>(pixel)]);
+            const std::size_t c = static_cast<std::size_t>(all.chart_of[pixel]);
             sample_columns(begin, end, all.charts[c], charts[c]);
-            if (rows[c].has_line_at(g.y[static_cast<std::size_t>(pixel)]))
+            if (rows[c].has_line_at(g.y[pixel]))
                 sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
         }
     }
@@ -13260,7 +13692,7 @@ private:
     }
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
-        const std::int32_t x = g_.x[static_cast<std::size_t>(begin)], y = g_.y[static_cast<std::size_t>(begin)];
+        const std::int32_t x = g_.x[begin], y = g_.y[begin];
         for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + (end - begin) - clearance_) break;
@@ -13279,13 +13711,13 @@ private:
         const auto never = [](std::size_t, std::size_t) { return false; };
         find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
             const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
-            const std::int32_t x = g_.x[static_cast<std::size_t>(pixel)], stud = studs.line_from(x - clearance_);
+            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance_);
             if (stud < studs.count() && studs.position(stud) <= x + clearance_) return;
             if ((sides_around(pixel) & side_bit(0)) != 0) return;
-            const std::int32_t above = g_.up[static_cast<std::size_t>(pixel)];
+            const std::int32_t above = g_.up[pixel];
             if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
             const float d = 0.5F * (between(pixel) + between(above));
-            singles.emplace_back(c, outline_corner{x, g_.y[static_cast<std::size_t>(pixel)], d});
+            singles.emplace_back(c, outline_corner{x, g_.y[pixel], d});
         });
     }
 
@@ -13312,18 +13744,18 @@ private:
         for (std::int32_t row = 1;; ++row) {
             const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
             for (std::int32_t i = first; i < last; ++i)
-                if ((sides_[static_cast<std::size_t>(i)] & side_bit(1)) != 0) return false;
+                if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
             if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up : g_.down)[static_cast<std::size_t>(pixel)];
+            pixel = (s == 0 ? g_.up : g_.down)[pixel];
         }
     }
 
     const graph& g_;
     std::span<const float> disparity_;
-    const std::vector<std::uint8_t>& sides_;
+    const buffer<std::uint8_t>& sides_;
     std::int32_t clearance_;
-    std::vector<float> profile_, shifts_;
+    buffer<float> profile_, shifts_;
     bend_finder find_bends_;
 };
 
@@ -13346,7 +13778,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
         const std::int32_t end = static_cast<std::int32_t>(result.vertices.size());
         if (end > result.first_vertex.back()) result.first_vertex.push_back(end);
     };
-    std::vector<float> profile;
+    buffer<float> profile;
     detail::bend_finder find_bends;
     auto single = sampled.singles.begin();
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
@@ -13415,17 +13847,17 @@ struct mesh_options {
 
 /// The triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    std::vector<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
     std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
     std::int32_t stud_vertex_count = 0;
-    std::vector<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
+    buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
 };
 
 /// Everything up to lifting, for those who want to look at or test the steps.
 struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
-    std::vector<chart_mesh> charts;
+    buffer<chart_mesh> charts;
 };
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
@@ -13438,23 +13870,23 @@ namespace detail {
 /// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
 struct chart_polygon {
     polygon shape;
-    std::vector<std::int32_t> corners;
-    std::vector<boundary_edge> edges;
-    std::vector<std::uint8_t> fresh;  ///< whether an edge came from the last split
+    buffer<std::int32_t> corners;
+    buffer<boundary_edge> edges;
+    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
 
     void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
             const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[static_cast<std::size_t>(l)];
+            for (std::int32_t s = outlines.first_step[l];
                  s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
-                const outline_step step = outlines.steps[static_cast<std::size_t>(s)];
+                const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
                 for (std::size_t i = 0; i < last; ++i) {
                     const std::int32_t id = kept[step.reversed ? last - i : i];
-                    add(outlines.corners[static_cast<std::size_t>(id)], box);
+                    add(outlines.corners[id], box);
                     corners.push_back(id);
                     edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
                     fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
@@ -13469,8 +13901,8 @@ struct chart_polygon {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
             const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
-            for (std::int32_t v = studs.first_vertex[static_cast<std::size_t>(s)]; v < end; ++v)
-                add(studs.vertices[static_cast<std::size_t>(v)], box);
+            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v)
+                add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
     }
@@ -13490,7 +13922,7 @@ public:
 
     /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
     /// known that edges that are not from the last split don't cross each other.
-    void find_crossings(std::size_t c, bool only_fresh, std::vector<boundary_split>& to_split) {
+    void find_crossings(std::size_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
@@ -13507,19 +13939,19 @@ public:
             std::int32_t next = v;
             do {
                 v = next;
-                next = shape.next[static_cast<std::size_t>(v)];
-                const lattice_point a = shape.points[static_cast<std::size_t>(v)],
-                                    b = shape.points[static_cast<std::size_t>(next)];
+                next = shape.next[v];
+                const lattice_point a = shape.points[v],
+                                    b = shape.points[next];
                 twice_area += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
             } while (next != loop_start);
             ++v;
-            if ((flat_.outlines.loop_area[static_cast<std::size_t>(l)] > 0) != (twice_area > 0))
+            if ((flat_.outlines.loop_area[l] > 0) != (twice_area > 0))
                 for (std::int32_t w = loop_start; w < v; ++w) blame(w, to_split);
         }
     }
 
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
-    void triangulate(std::size_t c, std::vector<boundary_split>& to_split) {
+    void triangulate(std::size_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_, charts_.charts[c], c);
@@ -13536,16 +13968,16 @@ public:
         chart_mesh& result = flat_.charts[c];
         result.triangles = triangles_.triangles;
         result.outline = outline_.corners;
-        const std::vector<std::int32_t>&first_vertex = flat_.studs.first_vertex, &first_stud = flat_.studs.first_stud;
-        result.first_stud_vertex = first_vertex[static_cast<std::size_t>(first_stud[c])];
-        result.stud_vertex_count = first_vertex[static_cast<std::size_t>(first_stud[c + 1])] - result.first_stud_vertex;
+        const buffer<std::int32_t>&first_vertex = flat_.studs.first_vertex, &first_stud = flat_.studs.first_stud;
+        result.first_stud_vertex = first_vertex[first_stud[c]];
+        result.stud_vertex_count = first_vertex[first_stud[c + 1]] - result.first_stud_vertex;
     }
 
 private:
     /// Answers what the crossing finder finds with splits.
     struct crossing_report {
         const chart_mesher& mesher;
-        std::vector<boundary_split>& to_split;
+        buffer<boundary_split>& to_split;
 
         void collision(std::int32_t v, std::int32_t w) {
             if (!mesher.align(v, w, to_split)) mesher.blame(v, to_split), mesher.blame(w, to_split);
@@ -13562,25 +13994,25 @@ private:
     };
 
     /// Splits the edge after v where it is farthest from its corners.
-    void blame(std::int32_t v, std::vector<boundary_split>& to_split) const {
+    void blame(std::int32_t v, buffer<boundary_split>& to_split) const {
         if (v >= outline_.shape.outline_count) return;
-        const boundary_edge e = outline_.edges[static_cast<std::size_t>(v)];
+        const boundary_edge e = outline_.edges[v];
         const auto [first, last] = boundary_.left_out(e);
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
     /// Where the outline runs back along itself (charts may have slits), both sides must keep the same corners: splits each of
     /// two edges at the ends of the other. Returns false if neither passes the other's ends.
-    bool align(std::int32_t v, std::int32_t w, std::vector<boundary_split>& to_split) const {
+    bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
-            const boundary_edge e = outline_.edges[static_cast<std::size_t>(edge)];
+            const boundary_edge e = outline_.edges[edge];
             const auto [first, last] = boundary_.left_out(e);
-            for (std::int32_t end : {other, outline_.shape.next[static_cast<std::size_t>(other)]}) {
+            for (std::int32_t end : {other, outline_.shape.next[other]}) {
                 const outline_corner& target =
-                    flat_.outlines.corners[static_cast<std::size_t>(outline_.corners[static_cast<std::size_t>(end)])];
+                    flat_.outlines.corners[outline_.corners[end]];
                 for (std::int32_t c = first; c < last; ++c) {
-                    const outline_corner& corner = flat_.outlines.corners[static_cast<std::size_t>(c)];
+                    const outline_corner& corner = flat_.outlines.corners[c];
                     if (corner.x != target.x || corner.y != target.y) continue;
                     to_split.push_back({e, c});
                     aligned = true;
@@ -13597,7 +14029,7 @@ private:
     crossing_finder finder_;
     triangulator triangulator_;
     triangulation triangles_;
-    std::vector<std::int32_t> stack_;
+    buffer<std::int32_t> stack_;
 };
 
 }  // namespace detail
@@ -13614,9 +14046,9 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
     simplified_boundary boundary(flat.outlines, options.outlines, range);
     const std::size_t count = charts.charts.size();
     flat.charts.resize(count);
-    std::vector<std::vector<boundary_split>> to_split(count);
+    buffer<buffer<boundary_split>> to_split(count);
 
-    const auto for_charts = [&](const std::vector<std::int32_t>& indices, auto&& function) {
+    const auto for_charts = [&](const buffer<std::int32_t>& indices, auto&& function) {
         parallel_for(threads, indices.size(), 8, [&](std::size_t first, std::size_t last) {
             detail::chart_mesher mesher(flat, boundary, charts);
             for (std::size_t i = first; i < last; ++i) function(mesher, static_cast<std::size_t>(indices[i]));
@@ -13627,17 +14059,17 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
         values.erase(std::unique(values.begin(), values.end()), values.end());
     };
     // Splits what the charts in `indices` asked for, and returns the charts on both sides of it.
-    const auto split = [&](const std::vector<std::int32_t>& indices) {
-        std::vector<boundary_split> splits;
+    const auto split = [&](const buffer<std::int32_t>& indices) {
+        buffer<boundary_split> splits;
         for (std::int32_t c : indices) {
-            const std::vector<boundary_split>& from = to_split[static_cast<std::size_t>(c)];
+            const buffer<boundary_split>& from = to_split[c];
             splits.insert(splits.end(), from.begin(), from.end());
         }
         sort_unique(splits);
         boundary.split(splits);
-        std::vector<std::int32_t> touched;
+        buffer<std::int32_t> touched;
         for (const boundary_split& s : splits) {
-            const boundary_piece& piece = flat.outlines.pieces[static_cast<std::size_t>(s.edge.piece)];
+            const boundary_piece& piece = flat.outlines.pieces[s.edge.piece];
             touched.push_back(piece.right_chart);
             if (piece.left_chart != no_chart) touched.push_back(piece.left_chart);
         }
@@ -13648,9 +14080,9 @@ flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, cons
     // Once simplified, an outline can cross itself. Then the edges in question are split, and the charts on both sides looked at
     // again. Detailed outlines never cross, so this ends. The triangulation is what decides in the end, but as it stops at the
     // first conflict, most are found and mended before.
-    std::vector<std::int32_t> open(count);
+    buffer<std::int32_t> open(count);
     for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
-    std::vector<std::int32_t> pending = open;
+    buffer<std::int32_t> pending = open;
     for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
         while (!open.empty()) {
             for_charts(open,
@@ -13676,9 +14108,10 @@ namespace ldi {
 
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {
-    std::vector<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
-    std::vector<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
-    std::vector<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
+    buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
+    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
+    buffer<std::int32_t> pixels;             ///< V; a pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
@@ -13692,28 +14125,73 @@ struct textured_mesh {
 
 namespace ldi {
 
-/// Makes the mesh of a layered image.
+namespace detail {
+
+/// Finds the pixel of a chart at a corner of the lattice.
+class pixel_finder {
+public:
+    pixel_finder(const graph& g, std::span<const float> disparity)
+        : graph_(g), disparity_(disparity), shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
+
+    /// The chart to search from now on.
+    void show(const chart& c) {
+        ++chart_;
+        for (const std::int32_t pixel : c.pixels) shown_[position(graph_.x[pixel], graph_.y[pixel])] = {chart_, pixel};
+    }
+
+    /// Of the chart's pixels round the corner (x, y), the one nearest in disparity.
+    std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
+        std::int32_t best = no_pixel;
+        float best_difference = 0;
+        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height - 1); ++v)
+            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width - 1); ++u) {
+                const auto [of_chart, pixel] = shown_[position(u, v)];
+                if (of_chart != chart_) continue;
+                const float difference = std::abs(disparity_[static_cast<std::size_t>(pixel)] - disparity);
+                if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
+            }
+        return best;
+    }
+
+private:
+    struct occupant {
+        std::int32_t chart, pixel;
+    };
+    std::size_t position(std::int32_t x, std::int32_t y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
+    }
+
+    const graph& graph_;
+    std::span<const float> disparity_;
+    std::int32_t chart_ = -1;
+    buffer<occupant> shown_;
+};
+
+}  // namespace detail
+
+/// Makes the mesh of a layered image, as its camera sees it over its range of distances.
 ///
-/// g           in canonical order
-/// disparity   K values; clamped to [0, 1]
-/// charts      a partition of the pixels (make_charts)
-/// placements  where each chart lies in the atlas, which has atlas_width x atlas_height texels
-/// camera      that took the photo; its width and height are those of g
+/// layers  in canonical order; disparities are clamped to [0, 1]
+/// charts  a partition of the pixels (make_charts)
+/// atlas   of these charts
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
-template <executor Executor = const serial_executor>
-textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                         std::span<const chart_placement> placements, std::int32_t atlas_width, std::int32_t atlas_height,
-                         const pinhole_camera& camera, const depth_range& range, const mesh_options& options = {},
-                         Executor&& threads = {}) {
+template <payload_column... Columns, executor Executor = const serial_executor>
+    requires has_columns<layered_image<Columns...>, disparity_column>
+textured_mesh build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
+    const graph& g = layers.topology;
+    const buffer<float>& disparity = layers.template column<disparity_column>();
+    const pinhole_camera& camera = layers.camera;
+    const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    const flat_mesh flat = build_flat_mesh(g, disparity, charts, range, options, threads);
+    const flat_mesh flat = build_flat_mesh(g, disparity, charts, layers.range, options, threads);
 
     std::size_t vertex_count = 0, index_count = 0;
     for (const chart_mesh& c : flat.charts) {
@@ -13721,28 +14199,33 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
         index_count += c.triangles.size();
     }
     textured_mesh mesh;
-    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
+    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count), mesh.pixels.reserve(vertex_count),
         mesh.triangles.reserve(index_count);
-    const float u_scale = 1.0F / static_cast<float>(atlas_width), v_scale = 1.0F / static_cast<float>(atlas_height);
+    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()), v_scale = 1.0F / static_cast<float>(atlas.color.height());
     // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
-    std::vector<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
+    buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
+    detail::pixel_finder finder(g, disparity);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) {
         const chart_mesh& source = flat.charts[c];
         const chart& shape = charts.charts[c];
+        finder.show(shape);
         const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh.vertex_count());
         const auto add_position = [&](const outline_corner& corner) {
             const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
             const std::array<float, 3> point =
-                camera.unproject(static_cast<float>(corner.x), static_cast<float>(corner.y), range.depth(d));
-            mesh.positions.insert(mesh.positions.end(), point.begin(), point.end());
+                camera.unproject(static_cast<float>(corner.x), static_cast<float>(corner.y), layers.range.depth(d));
+            mesh.positions.append(point.begin(), point.end());
+        };
+        const auto add_pixel = [&](const outline_corner& corner) {
+            mesh.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
         };
         const auto add_texture_coordinate = [&](const outline_corner& corner) {
             mesh.texture_coordinates.push_back(static_cast<float>(corner.x - shape.x + placements[c].x) * u_scale);
             mesh.texture_coordinates.push_back(static_cast<float>(corner.y - shape.y + placements[c].y) * v_scale);
         };
         for (std::int32_t id : source.outline) {
-            const outline_corner& corner = flat.outlines.corners[static_cast<std::size_t>(id)];
-            std::int32_t& lifted = vertex_of_corner[static_cast<std::size_t>(id)];
+            const outline_corner& corner = flat.outlines.corners[id];
+            std::int32_t& lifted = vertex_of_corner[id];
             if (lifted < 0) {
                 lifted = static_cast<std::int32_t>(mesh.vertex_count());
                 add_position(corner);
@@ -13751,11 +14234,13 @@ textured_mesh build_mesh(const graph& g, std::span<const float> disparity, const
                     mesh.positions.push_back(mesh.positions[3 * static_cast<std::size_t>(lifted) + i]);
             }
             add_texture_coordinate(corner);
+            add_pixel(corner);
         }
         for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
-            const outline_corner& corner = flat.studs.vertices[static_cast<std::size_t>(source.first_stud_vertex + i)];
+            const outline_corner& corner = flat.studs.vertices[source.first_stud_vertex + i];
             add_position(corner);
             add_texture_coordinate(corner);
+            add_pixel(corner);
         }
         for (std::uint32_t index : source.triangles) mesh.triangles.push_back(first_vertex + index);
     }
@@ -14103,7 +14588,7 @@ public:
           slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
 
     /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
-    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, std::vector<screen_triangle>& result) const {
+    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
@@ -14208,7 +14693,8 @@ constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == 
 
 class pixel_squares {
 public:
-    pixel_squares(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+    template <has_columns<disparity_column> Layers>
+    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                   std::int32_t samples, float z_near)
         : graph_(layers.topology) {
         if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
@@ -14216,7 +14702,7 @@ public:
                   std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.column<disparity_column>(), taken_from, range, from, samples, z_near);
+        place(layers.template column<disparity_column>(), taken_from, range, from, samples, z_near);
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
@@ -14271,10 +14757,10 @@ private:
     }
 
     /// A corner has the mean disparity of the pixels that share it.
-    void place(const std::vector<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
+    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
                std::int32_t samples, float z_near) {
         const std::size_t count = graph_.size();
-        std::vector<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
+        buffer<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t c = 0; c < 4; ++c) {
                 sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
@@ -14282,7 +14768,7 @@ private:
             }
         const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
         const relative_projection project(taken_from, from, samples, z_near);
-        std::vector<std::uint8_t> safe(vertices_.size(), 0);
+        buffer<std::uint8_t> safe(vertices_.size(), 0);
         const auto put = [&](std::size_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
@@ -14290,7 +14776,7 @@ private:
                       std::to_string(d));
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
-        std::vector<std::uint8_t> is_placed(sum.size(), 0);
+        buffer<std::uint8_t> is_placed(sum.size(), 0);
         drawn_.resize(count);
         for (std::size_t i = 0; i < count; ++i) {
             put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
@@ -14352,16 +14838,17 @@ private:
     };
 
     const graph& graph_;
-    std::vector<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
-    std::vector<screen_vertex> vertices_;  // the pixels' centers, then the corners
-    std::vector<std::uint8_t> drawn_;      // one a pixel
+    buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
+    buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
+    buffer<std::uint8_t> drawn_;      // one a pixel
 };
 
 /// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
 /// linked around the corner and known alike.
-inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+template <has_columns<color_column, known_column> Layers>
+std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const graph& g = layers.topology;
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
@@ -14372,8 +14859,8 @@ inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers
     std::array<float, 3> sum{};
     float total = 0;
     const auto add = [&](std::int32_t other, float weight) {
-        if (other == no_pixel || known[static_cast<std::size_t>(other)] != known[static_cast<std::size_t>(pixel)]) return;
-        const auto color = layers.at<color_column>(other);
+        if (other == no_pixel || known[other] != known[pixel]) return;
+        const auto color = layers.template at<color_column>(other);
         for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
         total += weight;
     };
@@ -14435,13 +14922,13 @@ inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>&
         if (vertex >= count)
             raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
                   "vertex " + std::to_string(vertex));
-    for (const std::vector<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-    if (channels(texture) != 3 || texture.size() == 0)
+    if (texture.channels() != 3 || texture.size() == 0)
         raise(
             error_code::mismatch, "texture", "3 channels and at least one pixel",
-            std::to_string(height(texture)) + " x " + std::to_string(width(texture)) + " x " + std::to_string(channels(texture)));
+            std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " + std::to_string(texture.channels()));
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -14460,12 +14947,12 @@ inline void check_raster_options(const view& from, const raster_options& options
 
 /// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
-    const double last_x = static_cast<double>(width(texture) - 1), last_y = static_cast<double>(height(texture) - 1);
+    const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
-    const std::size_t x1 = std::min(x0 + 1, width(texture) - 1), y1 = std::min(y0 + 1, height(texture) - 1);
+    const std::size_t x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
     const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
-    const std::uint8_t *const upper = row(texture, y0), *const lower = row(texture, y1);
+    const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c) {
         const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
@@ -14478,8 +14965,8 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
 /// The samples of a few rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    std::vector<float> inverse_depth;                     ///< 0 where nothing is
-    std::vector<std::array<std::uint8_t, 3>> color;
+    buffer<float> inverse_depth;                     ///< 0 where nothing is
+    buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
         : first_row(first), last_row(last), width(samples_across) {
@@ -14518,9 +15005,9 @@ struct sample_band {
                         nearest = std::max(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
-                    row(result.color, y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
-                row(result.depth, y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                row(result.coverage, y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+                    result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                result.depth.row(y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                result.coverage.row(y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
             }
     }
 };
@@ -14532,8 +15019,8 @@ struct vertical_extent {
 
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
-    std::vector<std::size_t> start;
-    std::vector<std::size_t> list;
+    buffer<std::size_t> start;
+    buffer<std::size_t> list;
 
     /// extent(i)  the vertical_extent of thing i, of `count`
     template <class Extent>
@@ -14549,7 +15036,7 @@ struct band_lists {
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
         for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
         list.resize(start.back());
-        std::vector<std::size_t> next = start;
+        buffer<std::size_t> next = start;
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
     }
 };
@@ -14563,7 +15050,7 @@ template <executor Executor, class Extent, class Draw>
 rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
     const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
-    rendering result{make_image<std::uint8_t>(h, w, 3), make_image<float>(h, w), make_image<std::uint8_t>(h, w)};
+    rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
     const std::int64_t band_rows = 16 * options.samples;
     const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
                        across = static_cast<std::int64_t>(w) * options.samples;
@@ -14587,7 +15074,7 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
                     const raster_options& options, Executor& threads) {
     detail::check_drawable(mesh, texture);
     detail::check_raster_options(from, options);
-    std::vector<detail::screen_triangle> triangles;
+    buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
@@ -14620,8 +15107,8 @@ namespace ldi {
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-template <executor Executor>
-rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor>
+rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                         const raster_options& options, Executor& threads) {
     detail::check_raster_options(from, options);
     const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
@@ -14644,7 +15131,8 @@ rendering render_layers(const photo_layers& layers, const view& taken_from, cons
         threads);
 }
 
-inline rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <has_columns<color_column, disparity_column, known_column> Layers>
+rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                                const raster_options& options = {}) {
     serial_executor serial;
     return render_layers(layers, taken_from, range, from, options, serial);
@@ -14746,9 +15234,10 @@ struct peel_options {
     bool both_sides = true;  ///< false: surfaces seen from behind are left out
 };
 
-/// A layered image of the camera that it was peeled from.
+/// A layered image of the camera that it was peeled from, with all columns of the one that was peeled.
+template <class Layers>
 struct peeled_layers {
-    photo_layers layers;  ///< in canonical order
+    Layers layers;        ///< in canonical order
     depth_range range;    ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
 };
 
@@ -14762,9 +15251,9 @@ struct fragment {
 };
 
 /// The fragments of the rows [first_row, last_row), by position, then nearest first.
-inline std::vector<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
+inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
                                        std::int64_t first_row, std::int64_t last_row, std::int64_t width, bool both_sides) {
-    std::vector<fragment> result;
+    buffer<fragment> result;
     for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
         const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
         for (const side s : all_sides) {
@@ -14791,8 +15280,13 @@ inline std::vector<fragment> peel_band(const pixel_squares& squares, const band_
     return result;
 }
 
+template <class Scalar>
+void copy_pixel(const buffer<Scalar>& from, std::int32_t pixel, buffer<Scalar>& to, std::size_t i, std::size_t channels) {
+    for (std::size_t c = 0; c < channels; ++c) to[i * channels + c] = from[static_cast<std::size_t>(pixel) * channels + c];
+}
+
 /// The range, widened to hold all fragments. Rounding alone does not widen it.
-inline depth_range range_of(const std::vector<fragment>& fragments, const depth_range& range) {
+inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
@@ -14812,10 +15306,11 @@ inline depth_range range_of(const std::vector<fragment>& fragments, const depth_
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colors are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
+/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as render_layers() does,
 /// and too_large if there are 2^31 pixels or more.
-template <executor Executor>
-peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <payload_column... Columns, executor Executor>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
                    const peel_options& options, Executor& threads) {
     raster_options raster;
     raster.z_near = options.z_near;
@@ -14829,15 +15324,15 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             return squares.is_drawn(i) ? detail::vertical_extent{squares.top(i), squares.bottom(i)} : detail::vertical_extent{};
         },
         bands, band_rows);
-    std::vector<std::vector<detail::fragment>> parts(bands);
+    buffer<buffer<detail::fragment>> parts(bands);
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
             parts[b] = detail::peel_band(squares, lists, b, first_row, std::min(first_row + band_rows, h), w, options.both_sides);
         }
     });
-    std::vector<detail::fragment> fragments;
-    for (std::vector<detail::fragment>& part : parts) {
+    buffer<detail::fragment> fragments;
+    for (buffer<detail::fragment>& part : parts) {
         fragments.insert(fragments.end(), part.begin(), part.end());
         part = {};
     }
@@ -14845,30 +15340,32 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
     if (count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
 
-    peeled_layers result{photo_layers(), detail::range_of(fragments, range)};
+    peeled_layers<layered_image<Columns...>> result{layered_image<Columns...>(), detail::range_of(fragments, range)};
+    result.layers.surface = layers.surface, result.layers.camera = from.camera, result.layers.range = result.range;
     graph& g = result.layers.topology;
     g.width = from.camera.width, g.height = from.camera.height;
     g.resize(count);
     for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
     result.layers.resize_columns(count);
-    std::vector<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
+    buffer<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
     for (const detail::fragment& f : fragments) ++start[f.position + 1];
     for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
 
     const double last = 1.0 / static_cast<double>(result.range.z_far);
     const double span = 1.0 / static_cast<double>(result.range.z_near) - last;
-    const std::vector<std::uint8_t>& known = layers.column<known_column>();
     parallel_for(threads, count, 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const detail::fragment& f = fragments[i];
             g.x[i] = static_cast<std::int32_t>(f.position % static_cast<std::size_t>(w));
             g.y[i] = static_cast<std::int32_t>(f.position / static_cast<std::size_t>(w));
-            result.layers.column<disparity_column>()[i] =
+            (detail::copy_pixel(layers.template column<Columns>(), f.where.pixel, result.layers.template column<Columns>(), i,
+                                Columns::channels),
+             ...);
+            result.layers.template column<disparity_column>()[i] =
                 static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            result.layers.column<known_column>()[i] = known[static_cast<std::size_t>(f.where.pixel)];
             const std::array<std::uint8_t, 3> color = detail::color_within_pixel(layers, f.where.pixel, f.u, f.v);
             std::copy(color.begin(), color.end(),
-                      result.layers.column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
+                      result.layers.template column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
         }
     });
     const detail::surface_walk walk(layers.topology, squares);
@@ -14884,11 +15381,13 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             LDI_ASSERT(there < start[position + 1]);
             g.link(static_cast<std::int32_t>(i), s, static_cast<std::int32_t>(there));
         }
-    result.layers.reorder(canonical_order(g, result.layers.column<disparity_column>()));
+    result.layers.reorder(canonical_order(g, result.layers.template column<disparity_column>()));
     return result;
 }
 
-inline peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
                           const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);
@@ -14918,37 +15417,38 @@ inline float eye_distance(const pinhole_camera& camera, const depth_range& range
 
 namespace detail {
 
-inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
-    if (left.shape() != right.shape() || channels(left) != 3)
+inline void check_pair(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
+    if (!same_shape(left, right) || left.channels() != 3)
         raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
-              std::to_string(width(left)) + " x " + std::to_string(height(left)) + " x " + std::to_string(channels(left)) +
-                  " and " + std::to_string(width(right)) + " x " + std::to_string(height(right)) + " x " +
-                  std::to_string(channels(right)));
+              std::to_string(left.width()) + " x " + std::to_string(left.height()) + " x " + std::to_string(left.channels()) +
+                  " and " + std::to_string(right.width()) + " x " + std::to_string(right.height()) + " x " +
+                  std::to_string(right.channels()));
 }
 
 }  // namespace detail
 
 /// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
-inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
-    const std::size_t values = 3 * width(left);
-    image<std::uint8_t> result = make_image<std::uint8_t>(height(left), 2 * width(left), 3);
-    for (std::size_t y = 0; y < height(left); ++y) {
-        std::copy_n(row(left, y), values, row(result, y));
-        std::copy_n(row(right, y), values, row(result, y) + values);
+    const std::size_t values = 3 * left.width();
+    image<std::uint8_t> result(left.height(), 2 * left.width(), 3, unset);
+    for (std::size_t y = 0; y < left.height(); ++y) {
+        std::copy_n(left.row(y), values, result.row(y));
+        std::copy_n(right.row(y), values, result.row(y) + values);
     }
     return result;
 }
 
 /// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
 /// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
-inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
-    image<std::uint8_t> result = right;
-    for (std::size_t i = 0; i < left.size(); i += 3) {
-        const unsigned red = left.data()[i], green = left.data()[i + 1], blue = left.data()[i + 2];
-        result.data()[i] = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
-    }
+    image<std::uint8_t> result(right);
+    for (std::size_t y = 0; y < left.height(); ++y)
+        for (std::size_t x = 0; x < left.width(); ++x) {
+            const unsigned red = left(y, x, 0), green = left(y, x, 1), blue = left(y, x, 2);
+            result(y, x, 0) = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
+        }
     return result;
 }
 
@@ -14957,7 +15457,7 @@ inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image
 ///
 /// depth  H x W x 1, infinity where nothing is
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
-    image<std::uint16_t> result = make_image<std::uint16_t>(height(depth), width(depth));
+    image<std::uint16_t> result(depth.height(), depth.width(), 1, unset);
     const float last = range.inverse_depth(0), span = range.inverse_depth(1) - last;
     std::transform(depth.begin(), depth.end(), result.begin(), [&](float z) {
         if (!std::isfinite(z)) return std::uint16_t{0};
@@ -14980,7 +15480,7 @@ namespace ldi {
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
-concept depth_estimator = requires(const T& t, const image<std::uint8_t>& photo, const serial_executor& threads,
+concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const serial_executor& threads,
                                    const observer& watcher) {
     { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
     { t.quantization_step() } -> std::convertible_to<float>;
@@ -14998,7 +15498,7 @@ struct given_disparity {
     image<float> map;  ///< h x w x 1, finite, larger is nearer
 
     template <executor Executor>
-    image<float> disparity(const image<std::uint8_t>&, Executor&, const observer&) const {
+    image<float> disparity(image_view<const std::uint8_t>, Executor&, const observer&) const {
         return map;
     }
     float quantization_step() const { return 1.0F; }
@@ -15012,11 +15512,11 @@ struct photo3d_options {
     /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
     /// wide, before it is applied at the photo's.
     int passes_before_resampling = 2;
+    surface_rule surface;
     normalize_options normalize;
     resample_options resample;
     weighted_median_options median;
     middle_component_options components;
-    lift_options lift;
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
@@ -15032,12 +15532,10 @@ struct photo3d {
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
-    std::vector<discontinuity_curve> curves;
+    buffer<discontinuity_curve> curves;
     photo_layers layers;
     chart_set charts;
     texture_atlas atlas;
-    pinhole_camera camera;
-    depth_range range;
     textured_mesh mesh;
 };
 
@@ -15050,9 +15548,9 @@ struct photo3d {
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
-photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimator, const Inpainter& inpainter,
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
                      const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
-    LDI_ASSERT(photo.size() > 0 && channels(photo) == 3);
+    LDI_ASSERT(!photo.empty() && photo.channels() == 3);
     if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
               std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
@@ -15063,35 +15561,33 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
         std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    result.range = normalized.range;
-    const std::size_t longer = std::max(height(photo), width(photo)), long_side = std::min(longer, options.long_side);
+    const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
-    result.photo = area_resize(photo, scaled(height(photo)), scaled(width(photo)), threads);
-    result.camera.height = static_cast<std::int32_t>(height(result.photo));
-    result.camera.width = static_cast<std::int32_t>(width(result.photo));
-    result.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, result.camera.width, result.camera.height);
+    result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
     watcher.report("depth estimation", 1.0F);
 
     watcher.report("depth filter", 0.0F);
-    if (height(result.estimated) < height(result.photo)) {
+    if (result.estimated.height() < result.photo.height()) {
         image<float> sharpened = result.estimated;
         for (int pass = 0; pass < options.passes_before_resampling; ++pass)
-            sharpened = weighted_median(sharpened, options.median, threads);
-        result.resampled = resample_to_photo(sharpened, result.photo, options.resample, threads);
+            sharpened = weighted_median(sharpened, options.surface, options.median, threads);
+        result.resampled = resample_to_photo(sharpened, result.photo, options.surface, options.resample, threads);
     } else {
-        result.resampled = resample_to_photo(result.estimated, result.photo, options.resample, threads);
+        result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
     }
-    result.disparity = weighted_median(result.resampled, options.median, threads);
+    result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     watcher.report("depth filter", 1.0F);
 
     watcher.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.components);
+    merge_middle_components(result.disparity, options.surface, options.components);
     watcher.report("connected components", 1.0F);
 
     watcher.report("occluded geometry", 0.0F);
-    photo_layers lifted = lift(result.photo, result.disparity, options.lift, threads);
-    result.curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>(), options.curves);
-    close_spurious_discontinuities(lifted.topology, result.curves);
+    photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
+    lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
+    lifted.range = normalized.range;
+    result.curves = find_discontinuity_curves(lifted, options.curves);
+    close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
 
@@ -15101,7 +15597,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("color inpainting", 1.0F);
 
     watcher.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers.topology, result.layers.column<disparity_column>(), options.charts);
+    result.charts = make_charts(result.layers, options.charts);
     watcher.report("chart generation", 1.0F);
 
     watcher.report("chart padding", 0.0F);
@@ -15109,10 +15605,7 @@ photo3d make_photo3d(const image<std::uint8_t>& photo, const Estimator& estimato
     watcher.report("chart padding", 1.0F);
 
     watcher.report("meshing", 0.0F);
-    result.mesh =
-        build_mesh(result.layers.topology, result.layers.column<disparity_column>(), result.charts, result.atlas.placements,
-                   static_cast<std::int32_t>(width(result.atlas.color)), static_cast<std::int32_t>(height(result.atlas.color)),
-                   result.camera, result.range, options.mesh, threads);
+    result.mesh = build_mesh(result.layers, result.charts, result.atlas, options.mesh, threads);
     watcher.report("meshing", 1.0F);
     return result;
 }

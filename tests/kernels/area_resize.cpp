@@ -18,7 +18,7 @@ ldi::buffer<std::uint8_t> resized(const ldi::buffer<std::uint8_t>& image, std::s
     ldi::buffer<std::uint8_t> result(new_height * new_width * channels);
     ldi::buffer<float> sums;
     for (std::size_t y = 0; y < new_height; ++y)
-        ldi::area_resize_row(horizontal, vertical, y, image.data(), width, channels, sums,
+        ldi::area_resize_row(horizontal, vertical, y, {image.data(), height, width, channels}, sums,
                              result.data() + y * new_width * channels);
     return result;
 }

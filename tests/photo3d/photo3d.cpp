@@ -75,7 +75,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
     for (const char* name : {"t_junction", "rods", "random3"}) {
         const converted c = convert(name, 240, 320);
         const ldi::rendering seen =
-            ldi::rasterize(c.result.mesh, c.result.atlas.color, ldi::moved_view(c.result.camera, c.result.range, 1.0F, 0.0F));
+            ldi::rasterize(c.result.mesh, c.result.atlas.color, ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 0.0F));
         INFO(name);
         CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
         // Simplified silhouettes cut corners; behind curves too short to grow from, nothing fills them.
@@ -85,7 +85,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
 
 TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") {
     const converted c = convert("t_junction", 240, 320);
-    const ldi::view from = ldi::moved_view(c.result.camera, c.result.range, 1.0F, 12.0F);
+    const ldi::view from = ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 12.0F);
     const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color, from);
     const ldi::scenes::picture truth = ldi::scenes::render(c.scene, from, ldi::scenes::picture_options{2, 0.7});
     CHECK(psnr(seen.color, truth.color, 14) > 22.0);

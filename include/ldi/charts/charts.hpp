@@ -11,7 +11,7 @@
 
 #include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -50,8 +50,6 @@ struct chart_options {
     std::int32_t max_side = 2048;
     /// Within this many rows and columns of a pixel, its chart has no other surface: the reach of a texture filter. 1 to 8.
     std::int32_t filter_range = 4;
-    /// Pixels at most this far apart in disparity are one surface (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
 };
 
 namespace detail {
@@ -87,11 +85,11 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, std::span<const float> disparity, const chart_options& options)
+    chart_grower(const graph& g, std::span<const float> disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
-          threshold_(options.discontinuity_threshold),
+          threshold_(surface.largest_step),
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
@@ -289,15 +287,14 @@ private:
 
 }  // namespace detail
 
-/// disparity  K, in [0, 1]
-///
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-inline chart_set make_charts(const graph& g, std::span<const float> disparity, const chart_options& options = {}) {
-    LDI_ASSERT(disparity.size() == g.size());
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, disparity_column>
+chart_set make_charts(const layered_image<Columns...>& layers, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(g, disparity, options).grow_all();
+    return detail::chart_grower(layers.topology, layers.template column<disparity_column>(), layers.surface, options).grow_all();
 }
 
 }  // namespace ldi

@@ -4,29 +4,52 @@
 
 #include <ldi/base/memory.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace ldi {
 
-/// A column tag: the scalar, and how many of them a pixel holds.
+/// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
+///
+///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
+///
+/// Where it doesn't, a new pixel gets a copy from the pixel of the photo whose surface it continues.
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
 };
 
+/// What pixels that expand() adds have in a column.
+enum class new_pixels {
+    copy,  ///< what the pixel of the photo has that they grew from
+    zero,
+};
+
+/// What a column says of new pixels, or the default.
+template <payload_column Column>
+constexpr new_pixels at_new_pixels() {
+    if constexpr (requires { Column::at_new_pixels; })
+        return Column::at_new_pixels;
+    else
+        return new_pixels::copy;
+}
+
 /// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
 struct color_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 3;
+    static constexpr new_pixels at_new_pixels = new_pixels::zero;  // until it is inpainted
 };
 
 /// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
@@ -39,6 +62,7 @@ struct disparity_column {
 struct known_column {
     using scalar = std::uint8_t;
     static constexpr std::size_t channels = 1;
+    static constexpr new_pixels at_new_pixels = new_pixels::zero;
 };
 
 /// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major.
@@ -50,6 +74,13 @@ template <payload_column... Columns>
 class layered_image {
 public:
     graph topology;
+    surface_rule surface;   ///< which of its pixels are one surface
+    pinhole_camera camera;  ///< that took the photo
+    depth_range range;      ///< what its disparities stand for
+
+    /// Whether there is such a column.
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
     /// Columns are set to zero.
@@ -106,6 +137,14 @@ public:
         resize_columns(count);
     }
 
+    /// Takes all that another image has, whose columns are some of this one's. The others stay empty.
+    template <payload_column... Others>
+    void take(layered_image<Others...>&& other) {
+        topology = std::move(other.topology);
+        surface = other.surface, camera = other.camera, range = other.range;
+        ((column<Others>() = std::move(other.template column<Others>())), ...);
+    }
+
 private:
     template <class Column>
     struct storage {
@@ -114,7 +153,48 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// The layered image that a photo becomes.
+/// A layered image, with whatever columns, that has these among them.
+template <class Layers, class... Columns>
+concept has_columns = (std::remove_cvref_t<Layers>::template has<Columns> && ...);
+
+/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces behind.
+template <payload_column... Columns>
+class single_layer : public layered_image<Columns...> {
+public:
+    using layered_image<Columns...>::layered_image;
+    explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
+        const graph& g = this->topology;
+        LDI_ASSERT(g.size() == static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    }
+};
+
+/// The layered image that a photo becomes, and the layer that it starts from.
 using photo_layers = layered_image<color_column, disparity_column, known_column>;
+using photo_layer = single_layer<color_column, disparity_column, known_column>;
+
+namespace detail {
+template <class Layers, class Column>
+struct with_column;
+template <template <class...> class Layers, class... Columns, class Column>
+struct with_column<Layers<Columns...>, Column> {
+    using type = Layers<Columns..., Column>;
+};
+}  // namespace detail
+
+/// The same layers with one more column.
+///
+/// values  K x channels, row-major, in the order of the pixels
+///
+///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+///     auto layer = ldi::add_column<normal>(ldi::lift(photo, disparity), normals);   // stays with its pixels, up to the mesh
+template <payload_column Column, class Layers>
+auto add_column(Layers layers, std::span<const typename Column::scalar> values) {
+    static_assert(!Layers::template has<Column>);
+    LDI_ASSERT(values.size() == layers.size() * Column::channels);
+    typename detail::with_column<Layers, Column>::type more;
+    more.take(std::move(layers));
+    more.template column<Column>().assign(values.begin(), values.end());
+    return more;
+}
 
 }  // namespace ldi

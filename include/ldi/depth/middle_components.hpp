@@ -6,9 +6,9 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -16,8 +16,6 @@
 namespace ldi {
 
 struct middle_component_options {
-    /// Neighbors that differ by more than this in disparity are not connected (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
     /// Components with fewer pixels than this are merged.
     std::int32_t smallest_size = 20;
 };
@@ -44,17 +42,17 @@ struct image_components {
     }
 };
 
-inline image_components find_components(const image<float>& disparity, float threshold) {
+inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
     image_components found;
     const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
     disjoint_sets sets;
     std::size_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
-        const float* here = disparity.row(static_cast<std::size_t>(y));
+        const float* here = disparity.row(y);
         const std::size_t first = found.runs.size();
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
-            if (x + 1 == columns || std::abs(here[x] - here[x + 1]) > threshold) {
+            if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
                 found.runs.push_back({y, start, x + 1});
                 sets.add();
                 start = x + 1;
@@ -62,9 +60,9 @@ inline image_components find_components(const image<float>& disparity, float thr
         // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
         for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
-            const float* over = here - columns;
+            const float* over = disparity.row(y - 1);
             for (std::int32_t x = std::max(a.first, b.first); x < std::min(a.last, b.last); ++x)
-                if (std::abs(here[x] - over[x]) <= threshold) {
+                if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
                 }
@@ -96,8 +94,9 @@ struct small_component {
 /// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
 /// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
 /// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
-inline std::size_t merge_middle_components(image<float>& disparity, const middle_component_options& options = {}) {
-    const detail::image_components components = detail::find_components(disparity, options.discontinuity_threshold);
+inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
+                                           const middle_component_options& options = {}) {
+    const detail::image_components components = detail::find_components(disparity, surface);
     const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
 
     buffer<std::int32_t> size, small_index;
@@ -118,7 +117,7 @@ inline std::size_t merge_middle_components(image<float>& disparity, const middle
         small[small_index[label]].runs.push_back(components.runs[r]);
     }
 
-    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(static_cast<std::size_t>(y))[x]; };
+    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
     struct assignment {
         std::int32_t x, y;
         float disparity;

@@ -44,14 +44,15 @@ struct normalized_disparity {
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
 /// error_code::invalid_data if a value is not finite or, for inverse depth, not positive; error_code::invalid_option.
-inline normalized_disparity normalize(const image<float>& source, const normalize_options& options = {}) {
+inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) || !(options.relative_step >= 0.0F) ||
         !(options.largest_step > 0.0F) || !(options.largest_depth_ratio >= 1.0F))
         raise(error_code::invalid_option, "normalize_options",
               "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
               std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
                   std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
-    buffer<float> sorted(source.data(), source.data() + source.size());
+    normalized_disparity result{image<float>(source), options.assumed_range};
+    buffer<float> sorted(result.disparity.begin(), result.disparity.end());
     if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
     for (float value : sorted)
         if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
@@ -68,10 +69,8 @@ inline normalized_disparity normalize(const image<float>& source, const normaliz
     const double step = std::abs(highest) * options.relative_step;
     const double span = std::max(highest - lowest, step / options.largest_step);
 
-    normalized_disparity result{image<float>(source.height(), source.width(), source.channels(), unset), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
-    for (std::size_t i = 0; i < source.size(); ++i)
-        result.disparity.data()[i] = static_cast<float>(std::clamp(1.0 - (highest - source.data()[i]) * scale, 0.0, 1.0));
+    for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);

@@ -8,6 +8,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,8 +20,6 @@
 namespace ldi {
 
 struct resample_options {
-    /// Samples that differ by more than this in disparity are on different surfaces.
-    float discontinuity_threshold = 0.05F;
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
     /// Standard deviation of the Gaussian on color difference, in gray levels (Euclidean over the three channels).
@@ -58,7 +57,7 @@ struct window {
 };
 
 // The mean color of the photo's pixels whose centers fall on each sample of the map.
-inline image<float> colors_at_samples(const image<std::uint8_t>& photo, std::size_t rows, std::size_t columns) {
+inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std::size_t rows, std::size_t columns) {
     image<float> mean(rows, columns, 3, 0.0F);
     buffer<float> count(rows * columns, 0.0F);
     buffer<std::size_t> sample_column(photo.width());
@@ -87,11 +86,11 @@ inline image<float> colors_at_samples(const image<std::uint8_t>& photo, std::siz
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
 /// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> resample_to_photo(const image<float>& disparity, const image<std::uint8_t>& photo,
+image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {
     using namespace detail::resample;
     const std::size_t rows = disparity.height(), columns = disparity.width();
-    if (disparity.size() == 0 || photo.size() == 0 || disparity.channels() != 1 || photo.channels() != 3)
+    if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()) + " and " +
                   std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
@@ -138,7 +137,7 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
                         nearest[around.count++] = {d, x, y};
                         low = std::min(low, d), high = std::max(high, d);
                     }
-                const bool near_edge = high - low > options.discontinuity_threshold;
+                const bool near_edge = !surface.same_surface(high, low);
                 if (near_edge) {
                     std::sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(around.count),
                               [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
@@ -176,7 +175,7 @@ image<float> resample_to_photo(const image<float>& disparity, const image<std::u
                         for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
                         float mean = 0.0F, share = 0.0F;
                         for (std::size_t s = 0; s < around.count; ++s)
-                            if (std::abs(around.disparity[s] - around.disparity[median]) <= options.discontinuity_threshold) {
+                            if (surface.same_surface(around.disparity[s], around.disparity[median])) {
                                 mean += weight[s] * around.disparity[s];
                                 share += weight[s];
                             }

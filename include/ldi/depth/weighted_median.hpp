@@ -12,6 +12,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <algorithm>
 #include <array>
@@ -26,8 +27,6 @@ namespace ldi {
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
     float sigma = 0.2F;
-    /// A sample with one of its 4 neighbors farther away than this in disparity has no weight.
-    float edge_threshold = 0.05F;
 };
 
 namespace detail::median {
@@ -216,10 +215,10 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A pixel none of whose samples has weight keeps its value; samples outside the image have no weight. Raises
-/// error_code::invalid_option if sigma is not above 0.
+/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel none of
+/// whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> weighted_median(const image<float>& disparity, const weighted_median_options& options = {},
+image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {}, const weighted_median_options& options = {},
                              Executor&& threads = {}) {
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
@@ -231,7 +230,7 @@ image<float> weighted_median(const image<float>& disparity, const weighted_media
     // Samples as the windows see them: a border of weightless samples all round, samples next to an edge weightless too.
     const std::size_t stride = (columns + 2 * radius + 2 * wide - 1) / wide * wide;
     buffer<float> seen((rows + 2 * radius) * stride, none);
-    const float threshold = options.edge_threshold;
+    const float threshold = surface.largest_step;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
             const float* here = disparity.row(y);

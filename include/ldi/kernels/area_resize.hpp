@@ -82,14 +82,14 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
 
 /// One row of the result.
 ///
-/// source  H x W x channels       result  horizontal.covers x channels
+/// source  H x W x C       result  horizontal.covers x C
 inline void area_resize_row(const area_weights& horizontal, const area_weights& vertical, std::size_t y,
-                            const std::uint8_t* source, std::size_t source_width, std::size_t channels, buffer<float>& sums,
-                            std::uint8_t* result) {
+                            image_view<const std::uint8_t> source, buffer<float>& sums, std::uint8_t* result) {
+    const std::size_t channels = source.channels();
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
-        add_area_row(horizontal, source + (rows.first + i) * source_width * channels, channels, vertical.weights[rows.weight + i],
+        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i],
                      sums.data());
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
@@ -97,16 +97,16 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 /// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
 template <executor Executor>
-image<std::uint8_t> area_resize(const image<std::uint8_t>& source, std::size_t result_height, std::size_t result_width,
+image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor& threads) {
-    LDI_ASSERT(source.size() > 0);
+    LDI_ASSERT(!source.empty());
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
     image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
         for (std::size_t y = first; y < last; ++y)
-            area_resize_row(horizontal, vertical, y, source.data(), source.width(), source.channels(), sums, result.row(y));
+            area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
     });
     return result;
 }

@@ -47,14 +47,14 @@ public:
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
     /// watcher is told of progress as stage "color inpainting"
-    template <executor Executor>
-    void inpaint(photo_layers& layers, Executor& threads, const observer& watcher = {}) const;
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    void inpaint(Layers& layers, Executor& threads, const observer& watcher = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known   H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor>
-    image<std::uint8_t> inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
+    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
                                 const observer& watcher = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
@@ -62,8 +62,8 @@ public:
     ///
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
-    template <executor Executor>
-    buffer<float> colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                const observer& watcher = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
@@ -111,13 +111,13 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
     }
 }
 
-template <executor Executor>
-buffer<float> farbrausch::colors(const photo_layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
+template <has_columns<color_column, known_column> Layers, executor Executor>
+buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
                                        const observer& watcher) const {
     LDI_ASSERT(wanted.size() == layers.size());
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
     watcher.report(stage_name, 0.1F);
-    detail::smooth_fills fills = detail::smooth_filler(layers, levels, architecture_.growth, threads).run();
+    detail::smooth_fills fills = detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels, architecture_.growth, threads).run();
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -180,13 +180,13 @@ buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weig
     return result;
 }
 
-template <executor Executor>
-void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer& watcher) const {
-    const buffer<std::uint8_t>& known = layers.column<known_column>();
+template <has_columns<color_column, known_column> Layers, executor Executor>
+void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watcher) const {
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
     const buffer<float> values = colors(layers, wanted, threads, watcher);
-    buffer<std::uint8_t>& color = layers.column<color_column>();
+    buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
@@ -194,12 +194,14 @@ void farbrausch::inpaint(photo_layers& layers, Executor& threads, const observer
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(const image<std::uint8_t>& color, const image<std::uint8_t>& known, Executor& threads,
+image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
                                         const observer& watcher) const {
     LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() && color.width() == known.width());
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
-    std::copy(color.begin(), color.end(), layers.column<color_column>().begin());
-    std::copy(known.begin(), known.end(), layers.column<known_column>().begin());
+    for (std::size_t y = 0; y < color.height(); ++y) {
+        std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
+        std::copy_n(known.row(y), color.width(), layers.column<known_column>().data() + y * color.width());
+    }
     inpaint(layers, threads, watcher);
     image<std::uint8_t> result(color.height(), color.width(), 3, unset);
     std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());

@@ -66,8 +66,8 @@ public:
     /// photo  H x W x 3, red, green, blue, 0 to 255
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
-    static image<std::uint8_t> resize_for_network(const image<std::uint8_t>& photo, Executor& threads) {
-        if (photo.size() == 0 || photo.channels() != 3)
+    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
+        if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
                   std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
         const tensor_size size = network_size({photo.height(), photo.width()});
@@ -107,7 +107,7 @@ public:
     /// follow  is told of progress as stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
     template <executor Executor>
-    image<float> disparity(const image<std::uint8_t>& photo, Executor& threads, const observer& follow = {}) const {
+    image<float> disparity(image_view<const std::uint8_t> photo, Executor& threads, const observer& follow = {}) const {
         const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
         return disparity_of(levels(resize_for_network(photo, threads), threads, progress));
     }

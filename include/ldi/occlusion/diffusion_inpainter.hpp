@@ -20,15 +20,15 @@ struct diffusion_inpainter {
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
     ///         gets the mean of the known colors next to unknown ones elsewhere.
-    template <executor Executor>
-    void inpaint(photo_layers& layers, Executor&, const observer& watcher = {}) const {
+    template <has_columns<color_column, known_column> Layers, executor Executor>
+    void inpaint(Layers& layers, Executor&, const observer& watcher = {}) const {
         detail::diffuse_unknown(
-            layers.topology, layers.column<known_column>(), rounds,
-            [&](std::int32_t pixel, side) { return layers.at<color_column>(pixel).data(); },
+            layers.topology, layers.template column<known_column>(), rounds,
+            [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
             [&] { watcher.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion::color_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
-                    layers.at<color_column>(pixel)[c] =
+                    layers.template at<color_column>(pixel)[c] =
                         static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
             });
     }

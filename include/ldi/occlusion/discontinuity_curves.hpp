@@ -6,7 +6,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
 
 #include <algorithm>
 #include <array>
@@ -24,8 +24,6 @@ struct curve_options {
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;
-    /// Two surfaces at a junction are different if they differ by more than this in disparity.
-    float discontinuity_threshold = 0.05F;
 };
 
 /// One side of a pixel with a discontinuity.
@@ -173,26 +171,23 @@ private:
 
 }  // namespace detail::curves
 
-/// lifted     one layer: the graph that lift() makes, pixel (x, y) at index y * width + x
-/// disparity  K
-///
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
-inline buffer<discontinuity_curve> find_discontinuity_curves(const graph& lifted, std::span<const float> disparity,
-                                                                  const curve_options& options = {}) {
-    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
-    LDI_ASSERT(disparity.size() == lifted.size());
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, disparity_column>
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+    const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
-    const detail::curves::tracer tracer(lifted, disparity);
+    const detail::curves::tracer tracer(layer.topology, disparity);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
-        float farthest = disparity[static_cast<std::size_t>(last.back)];
+        float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_round(corner))
-            farthest = std::min(farthest, disparity[static_cast<std::size_t>(pixel)]);
-        return disparity[static_cast<std::size_t>(last.back)] - farthest > options.discontinuity_threshold;
+            farthest = std::min(farthest, disparity[pixel]);
+        return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = std::min(options.tangent_length, t.sides.size());

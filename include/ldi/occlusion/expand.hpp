@@ -20,17 +20,15 @@ namespace ldi {
 struct expand_options {
     /// How far surfaces grow, in pixels: the width of what can be uncovered.
     int iterations = 50;
-    /// The paper's tau_disp: pixels closer than this in disparity are one surface, and link up when they meet.
-    float discontinuity_threshold = 0.05F;
 };
 
 namespace detail {
 
 class expansion {
 public:
-    expansion(graph& base, std::span<const float> disparity, std::span<const discontinuity_curve> curves,
+    expansion(graph& base, std::span<const float> disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
               const expand_options& options)
-        : pixels_(base, disparity), curves_(curves), options_(options), fronts_(curves.size()) {}
+        : pixels_(base, disparity), surface_(surface), curves_(curves), options_(options), fronts_(curves.size()) {}
 
     hidden_pixels& pixels() { return pixels_; }
 
@@ -53,7 +51,6 @@ private:
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
-        const float threshold = options_.discontinuity_threshold;
         const float source = pixels_.disparity(pixel);
         const std::int32_t position = pixels_.position(x, y);
 
@@ -72,17 +69,17 @@ private:
 
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
             const float other = pixels_.disparity(there);
-            if (std::abs(other - source) <= threshold) {  // fronts that meet link up; else the place is taken
+            if (surface_.same_surface(other, source)) {  // fronts that meet link up; else the place is taken
                 if (pixels_.neighbor(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
                 return;
             }
             const bool is_visible = there == position;
-            if (std::abs(other - created) <= threshold || (is_visible && created > other)) return;
+            if (surface_.same_surface(other, created) || (is_visible && created > other)) return;
         }
-        const std::int32_t made = pixels_.add(position, x, y, created);
+        const std::int32_t made = pixels_.add(position, created, pixel);
         for (side t : all_sides) {
             const std::int32_t neighbor = neighbors[static_cast<std::size_t>(t)];
-            if (neighbor != no_pixel && std::abs(pixels_.disparity(neighbor) - created) <= threshold)
+            if (neighbor != no_pixel && surface_.same_surface(pixels_.disparity(neighbor), created))
                 pixels_.link(made, t, neighbor);
         }
         created_.push_back(made);
@@ -94,7 +91,7 @@ private:
         const std::int32_t u = x + step_x(s), v = y + step_y(s);
         if (!pixels_.inside(u, v)) return no_pixel;
         std::int32_t best = no_pixel;
-        float best_difference = options_.discontinuity_threshold;
+        float best_difference = surface_.largest_step;
         for (std::int32_t there = pixels_.position(u, v); there != no_pixel; there = pixels_.next_at_position(there)) {
             const float difference = std::abs(pixels_.disparity(there) - source);
             if (difference > best_difference || pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
@@ -118,6 +115,7 @@ private:
     }
 
     hidden_pixels pixels_;
+    surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
     const expand_options& options_;
     buffer<buffer<std::int32_t>> fronts_;  // the newest pixels of each curve
@@ -126,27 +124,28 @@ private:
 
 }  // namespace detail
 
-/// layers  one layer, as lift() makes it and close_spurious_discontinuities() leaves it: pixel (x, y) at index y * width + x
-/// curves  of the same layers
+/// layer   as lift() makes it and close_spurious_discontinuities() leaves it
+/// curves  of the same layer
 ///
-/// The same image with hidden pixels added, in canonical order. New pixels are zero in every column but disparity, which is the
-/// average of the pixels they grew from and always farther than the photo's at that position by more than the threshold. New
-/// links join pixels that differ by at most the threshold. `after_iteration(graph, disparity, first_new)`, if given, sees the
+/// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
+/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says itself
+/// what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity, first_new)`, if given, sees the
 /// unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-layered_image<Columns...> expand(layered_image<Columns...> layers, std::span<const discontinuity_curve> curves,
+    requires has_columns<layered_image<Columns...>, disparity_column>
+layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const observer& watcher = {},
                                  AfterIteration&& after_iteration = nullptr) {
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
-    detail::expansion expansion(layers.topology, layers.template column<disparity_column>(), curves, options);
+    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
     for (int i = 0; i < options.iterations; ++i) {
         expansion.run_iteration(i);
         if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
             expansion.pixels().show(after_iteration);
         watcher.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
     }
-    return expansion.pixels().merge_into(layers);
+    return expansion.pixels().merge_into(layer);
 }
 
 }  // namespace ldi

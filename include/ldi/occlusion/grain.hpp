@@ -50,7 +50,9 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
 /// The photo's grain at its known pixels.
 class grain_meter {
 public:
-    explicit grain_meter(const photo_layers& layers) : layers_(layers), known_(layers.column<known_column>()) {}
+    /// color, known  the columns of a layered image with this graph
+    grain_meter(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known)
+        : graph_(g), color_(color), known_(known) {}
 
     /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
     /// known ones go: how far its brightness is from the mean of its neighbors to the left and right, above and below. Only
@@ -76,17 +78,18 @@ private:
     static constexpr int smeared = 3;
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
-        const std::int32_t found = layers_.topology.neighbor(pixel, s);
+        const std::int32_t found = graph_.neighbor(pixel, s);
         return found != no_pixel && known_[found] != 0 ? found : no_pixel;
     }
 
     float brightness(std::int32_t pixel) const {
-        const auto color = layers_.at<color_column>(pixel);
+        const std::uint8_t* color = color_.data() + 3 * static_cast<std::ptrdiff_t>(pixel);
         return 0.299F * static_cast<float>(color[0]) + 0.587F * static_cast<float>(color[1]) +
                0.114F * static_cast<float>(color[2]);
     }
 
-    const photo_layers& layers_;
+    const graph& graph_;
+    const buffer<std::uint8_t>& color_;
     const buffer<std::uint8_t>& known_;
 };
 
@@ -103,15 +106,16 @@ inline void check_grain_option(const char* name, float value, float most) {
 /// layers  in canonical order, with a color everywhere
 ///
 /// Errors: invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
-inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
+template <has_columns<color_column, known_column> Layers>
+void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_grain_option("strength", options.strength, 100.0F);
     detail::check_grain_option("limit", options.limit, 255.0F);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
-    const detail::grain_meter meter(layers);
+    const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
     std::array<std::uint8_t, 3> root;  // of the noise around, relative to the limit; diffusion takes three values, all the same
     detail::diffuse_unknown(
-        g, layers.column<known_column>(), options.rounds,
+        g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
             root.fill(static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F)))));
@@ -122,7 +126,7 @@ inline void add_grain(photo_layers& layers, const grain_options& options = {}) {
             const float part = diffused[0] / 255.0F;
             const std::size_t i = static_cast<std::size_t>(pixel);
             const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
-            for (std::uint8_t& value : layers.at<color_column>(pixel))
+            for (std::uint8_t& value : layers.template at<color_column>(pixel))
                 value = static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<float>(value) + grain, 0.0F, 255.0F)));
         });
 }

@@ -4,10 +4,10 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -15,19 +15,15 @@
 
 namespace ldi {
 
-struct lift_options {
-    /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
-    float discontinuity_threshold = 0.05F;
-};
-
 /// color     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// Pixel (x, y) of the result has index y * W + x, which is canonical order; every color is known. Raises error_code::mismatch
+/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and distances go from
+/// 1 to 10, until the caller says better. Raises error_code::mismatch
 /// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
-photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparity, const lift_options& options = {},
-                  Executor&& threads = {}) {
+photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
+                 Executor&& threads = {}) {
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
@@ -37,15 +33,21 @@ photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparit
     if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    photo_layers layers;
+    photo_layer layers;
+    layers.surface = surface;
     graph& g = layers.topology;
     g.width = static_cast<std::int32_t>(columns), g.height = static_cast<std::int32_t>(rows);
+    layers.camera = {g.width, g.height, focal_length_from_35mm(26.0F, g.width, g.height)};
     g.resize(rows * columns);
-    layers.column<color_column>().assign(color.data(), color.data() + 3 * rows * columns);
-    layers.column<disparity_column>().assign(disparity.data(), disparity.data() + rows * columns);
+    buffer<std::uint8_t>& colors = layers.column<color_column>();
+    buffer<float>& disparities = layers.column<disparity_column>();
+    colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
+    for (std::size_t y = 0; y < rows; ++y) {
+        colors.append(color.row(y), color.row(y) + 3 * columns);
+        disparities.append(disparity.row(y), disparity.row(y) + columns);
+    }
     layers.column<known_column>().assign(rows * columns, 1);
 
-    const float threshold = options.discontinuity_threshold;
     const std::int32_t stride = g.width;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) {
@@ -60,7 +62,7 @@ photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparit
             }
             const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
                 for (std::int32_t x = 0; x < stride; ++x)
-                    links[x] = other != nullptr && std::abs(here[x] - other[x]) <= threshold ? index + x + step : no_pixel;
+                    links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? index + x + step : no_pixel;
             };
             link_vertically(g.up.data() + start, above, -stride);
             link_vertically(g.down.data() + start, below, stride);
@@ -68,7 +70,7 @@ photo_layers lift(const image<std::uint8_t>& color, const image<float>& disparit
             std::int32_t* right = g.right.data() + start;
             left[0] = no_pixel;
             for (std::int32_t x = 0; x + 1 < stride; ++x) {
-                const bool linked = std::abs(here[x] - here[x + 1]) <= threshold;
+                const bool linked = surface.same_surface(here[x], here[x + 1]);
                 right[x] = linked ? index + x + 1 : no_pixel;
                 left[x + 1] = linked ? index + x : no_pixel;
             }

@@ -67,11 +67,12 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 
 }  // namespace detail
 
-/// layers  one layer, as lift() makes it; every pixel with a missing link inside the photo lies on a silhouette
+/// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-void mark_mixed_colors(layered_image<Columns...>& layers, const mixed_color_options& options = {}) {
+    requires has_columns<layered_image<Columns...>, disparity_column, known_column>
+void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     buffer<std::int32_t> foreground, background;

@@ -15,12 +15,12 @@
 
 namespace ldi {
 
-/// lifted  one layer, as lift() makes it: pixel (x, y) at index y * width + x
 /// curves  those of its discontinuities that stay
 ///
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
-inline std::size_t close_spurious_discontinuities(graph& lifted, std::span<const discontinuity_curve> curves) {
-    LDI_ASSERT(lifted.size() == static_cast<std::size_t>(lifted.width) * static_cast<std::size_t>(lifted.height));
+template <payload_column... Columns>
+std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
+    graph& lifted = layer.topology;
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));

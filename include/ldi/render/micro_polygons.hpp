@@ -24,8 +24,8 @@ namespace ldi {
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-template <executor Executor>
-rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor>
+rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                         const raster_options& options, Executor& threads) {
     detail::check_raster_options(from, options);
     const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
@@ -48,7 +48,8 @@ rendering render_layers(const photo_layers& layers, const view& taken_from, cons
         threads);
 }
 
-inline rendering render_layers(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <has_columns<color_column, disparity_column, known_column> Layers>
+rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                                const raster_options& options = {}) {
     serial_executor serial;
     return render_layers(layers, taken_from, range, from, options, serial);

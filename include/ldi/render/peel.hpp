@@ -28,9 +28,10 @@ struct peel_options {
     bool both_sides = true;  ///< false: surfaces seen from behind are left out
 };
 
-/// A layered image of the camera that it was peeled from.
+/// A layered image of the camera that it was peeled from, with all columns of the one that was peeled.
+template <class Layers>
 struct peeled_layers {
-    photo_layers layers;  ///< in canonical order
+    Layers layers;        ///< in canonical order
     depth_range range;    ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
 };
 
@@ -73,6 +74,11 @@ inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists
     return result;
 }
 
+template <class Scalar>
+void copy_pixel(const buffer<Scalar>& from, std::int32_t pixel, buffer<Scalar>& to, std::size_t i, std::size_t channels) {
+    for (std::size_t c = 0; c < channels; ++c) to[i * channels + c] = from[static_cast<std::size_t>(pixel) * channels + c];
+}
+
 /// The range, widened to hold all fragments. Rounding alone does not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
@@ -94,10 +100,11 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colors are interpolated as render_layers() does; known is what the nearest source pixel is. Raises as render_layers() does,
+/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as render_layers() does,
 /// and too_large if there are 2^31 pixels or more.
-template <executor Executor>
-peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <payload_column... Columns, executor Executor>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
                    const peel_options& options, Executor& threads) {
     raster_options raster;
     raster.z_near = options.z_near;
@@ -127,7 +134,8 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
     if (count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
 
-    peeled_layers result{photo_layers(), detail::range_of(fragments, range)};
+    peeled_layers<layered_image<Columns...>> result{layered_image<Columns...>(), detail::range_of(fragments, range)};
+    result.layers.surface = layers.surface, result.layers.camera = from.camera, result.layers.range = result.range;
     graph& g = result.layers.topology;
     g.width = from.camera.width, g.height = from.camera.height;
     g.resize(count);
@@ -139,18 +147,19 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
 
     const double last = 1.0 / static_cast<double>(result.range.z_far);
     const double span = 1.0 / static_cast<double>(result.range.z_near) - last;
-    const buffer<std::uint8_t>& known = layers.column<known_column>();
     parallel_for(threads, count, 4096, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const detail::fragment& f = fragments[i];
             g.x[i] = static_cast<std::int32_t>(f.position % static_cast<std::size_t>(w));
             g.y[i] = static_cast<std::int32_t>(f.position / static_cast<std::size_t>(w));
-            result.layers.column<disparity_column>()[i] =
+            (detail::copy_pixel(layers.template column<Columns>(), f.where.pixel, result.layers.template column<Columns>(), i,
+                                Columns::channels),
+             ...);
+            result.layers.template column<disparity_column>()[i] =
                 static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            result.layers.column<known_column>()[i] = known[f.where.pixel];
             const std::array<std::uint8_t, 3> color = detail::color_within_pixel(layers, f.where.pixel, f.u, f.v);
             std::copy(color.begin(), color.end(),
-                      result.layers.column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
+                      result.layers.template column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
         }
     });
     const detail::surface_walk walk(layers.topology, squares);
@@ -166,11 +175,13 @@ peeled_layers peel(const photo_layers& layers, const view& taken_from, const dep
             LDI_ASSERT(there < start[position + 1]);
             g.link(static_cast<std::int32_t>(i), s, static_cast<std::int32_t>(there));
         }
-    result.layers.reorder(canonical_order(g, result.layers.column<disparity_column>()));
+    result.layers.reorder(canonical_order(g, result.layers.template column<disparity_column>()));
     return result;
 }
 
-inline peeled_layers peel(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+template <payload_column... Columns>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
                           const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);

@@ -31,7 +31,7 @@ inline float eye_distance(const pinhole_camera& camera, const depth_range& range
 
 namespace detail {
 
-inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+inline void check_pair(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     if (!same_shape(left, right) || left.channels() != 3)
         raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
               std::to_string(left.width()) + " x " + std::to_string(left.height()) + " x " + std::to_string(left.channels()) +
@@ -42,7 +42,7 @@ inline void check_pair(const image<std::uint8_t>& left, const image<std::uint8_t
 }  // namespace detail
 
 /// H x 2W x 3: the left eye's picture on the left. Raises mismatch.
-inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+inline image<std::uint8_t> side_by_side(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
     const std::size_t values = 3 * left.width();
     image<std::uint8_t> result(left.height(), 2 * left.width(), 3, unset);
@@ -55,13 +55,14 @@ inline image<std::uint8_t> side_by_side(const image<std::uint8_t>& left, const i
 
 /// For glasses with red before the left eye and cyan before the right: red is the left picture's brightness (Rec. 601, which
 /// keeps colored things equally bright to both eyes; "half color"), green and blue are the right picture's. Raises mismatch.
-inline image<std::uint8_t> anaglyph(const image<std::uint8_t>& left, const image<std::uint8_t>& right) {
+inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     detail::check_pair(left, right);
-    image<std::uint8_t> result = right;
-    for (std::size_t i = 0; i < left.size(); i += 3) {
-        const unsigned red = left.data()[i], green = left.data()[i + 1], blue = left.data()[i + 2];
-        result.data()[i] = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
-    }
+    image<std::uint8_t> result(right);
+    for (std::size_t y = 0; y < left.height(); ++y)
+        for (std::size_t x = 0; x < left.width(); ++x) {
+            const unsigned red = left(y, x, 0), green = left(y, x, 1), blue = left(y, x, 2);
+            result(y, x, 0) = static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
+        }
     return result;
 }
 

@@ -33,10 +33,11 @@ struct texture_atlas {
 namespace detail {
 
 /// photo, refilled or occluded for each pixel.
-inline buffer<texel_kind> pixel_kinds(const photo_layers& layers) {
+template <class Layers>
+buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.column<disparity_column>();
-    const buffer<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<float>& disparity = layers.template column<disparity_column>();
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
     const auto at = [&](std::size_t i) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
@@ -53,8 +54,9 @@ inline buffer<texel_kind> pixel_kinds(const photo_layers& layers) {
 /// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
-template <executor Executor = const serial_executor>
-texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, const atlas_options& options = {},
+template <payload_column... Columns, executor Executor = const serial_executor>
+    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+texture_atlas make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
                          Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
@@ -75,7 +77,7 @@ texture_atlas make_atlas(const photo_layers& layers, const chart_set& charts, co
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology, layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};

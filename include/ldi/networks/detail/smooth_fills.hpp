@@ -98,9 +98,10 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const photo_layers& layers, buffer<farbrausch_level>& levels, int growth, Executor& threads)
-        : colors_(layers.column<color_column>()),
-          known_(layers.column<known_column>()),
+    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels, int growth,
+                  Executor& threads)
+        : colors_(colors),
+          known_(known),
           levels_(levels),
           growth_(growth),
           threads_(threads) {

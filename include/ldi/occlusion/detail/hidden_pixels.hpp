@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace ldi::detail {
@@ -43,8 +44,10 @@ public:
         return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    std::int32_t add(std::int32_t position, std::int32_t x, std::int32_t y, float disparity) {
-        const std::int32_t pixel = base_count_ + hidden_.add_pixel(x, y);
+    /// source  the pixel that the new one grew from
+    std::int32_t add(std::int32_t position, float disparity, std::int32_t source) {
+        const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x[position], base_.y[position]);
+        origin_.push_back(is_base(source) ? source : origin_[hidden_index(source)]);
         hidden_disparity_.push_back(disparity);
         older_.push_back(std::exchange(newest_[index(position)], pixel));
         return pixel;
@@ -78,6 +81,7 @@ public:
             for (std::int32_t i = 0; i < p.count; ++i) new_index[index(p.old_first + i)] = p.new_first + i;
 
         layered_image<Columns...> merged;
+        merged.surface = base.surface, merged.camera = base.camera, merged.range = base.range;
         graph& g = merged.topology;
         g.width = base_.width, g.height = base_.height;
         g.resize(new_index.size());
@@ -103,7 +107,7 @@ public:
                              merged.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(to * Columns::channels)),
                  ...);
             else
-                merged.template column<disparity_column>()[to] = hidden_disparity_[from];
+                (fill_hidden<Columns>(merged.template column<Columns>(), to, base.template column<Columns>(), from), ...);
         }
         return merged;
     }
@@ -119,6 +123,17 @@ private:
     std::size_t hidden_index(std::int32_t pixel) const { return static_cast<std::size_t>(pixel - base_count_); }
     std::int32_t& slot(std::int32_t pixel, side s) {
         return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
+    }
+
+    // Pixel `to` of a new column, which is hidden pixel `from`.
+    template <class Column>
+    void fill_hidden(buffer<typename Column::scalar>& column, std::size_t to, const buffer<typename Column::scalar>& of_base,
+                     std::size_t from) const {
+        if constexpr (std::is_same_v<Column, disparity_column>)
+            column[to] = hidden_disparity_[from];
+        else if constexpr (at_new_pixels<Column>() == new_pixels::copy)
+            for (std::size_t c = 0; c < Column::channels; ++c)
+                column[to * Column::channels + c] = of_base[index(origin_[from]) * Column::channels + c];
     }
 
     // All pixels in canonical order (core/canonical_order.hpp), in pieces.
@@ -170,6 +185,7 @@ private:
     buffer<std::int32_t> older_;   // the one added there before
     graph hidden_;
     buffer<float> hidden_disparity_;
+    buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };
 
 }  // namespace ldi::detail

@@ -28,7 +28,8 @@ constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == 
 
 class pixel_squares {
 public:
-    pixel_squares(const photo_layers& layers, const view& taken_from, const depth_range& range, const view& from,
+    template <has_columns<disparity_column> Layers>
+    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
                   std::int32_t samples, float z_near)
         : graph_(layers.topology) {
         if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
@@ -36,7 +37,7 @@ public:
                   std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.column<disparity_column>(), taken_from, range, from, samples, z_near);
+        place(layers.template column<disparity_column>(), taken_from, range, from, samples, z_near);
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
@@ -179,9 +180,10 @@ private:
 
 /// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
 /// linked around the corner and known alike.
-inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers, std::int32_t pixel, double u, double v) {
+template <has_columns<color_column, known_column> Layers>
+std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
     const graph& g = layers.topology;
-    const buffer<std::uint8_t>& known = layers.column<known_column>();
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
@@ -193,7 +195,7 @@ inline std::array<std::uint8_t, 3> color_within_pixel(const photo_layers& layers
     float total = 0;
     const auto add = [&](std::int32_t other, float weight) {
         if (other == no_pixel || known[other] != known[pixel]) return;
-        const auto color = layers.at<color_column>(other);
+        const auto color = layers.template at<color_column>(other);
         for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
         total += weight;
     };
