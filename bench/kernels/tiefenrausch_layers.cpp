@@ -150,7 +150,7 @@ const bool registered = [] {
     const ldi::isa target = ldi::best_isa();
     const double peak = ldi_bench::peak_products(target);
 
-    std::vector<ldi::quantization> values{network.input};
+    ldi::buffer<ldi::quantization> values{network.input};
     ldi::buffer<std::size_t> channels{network.input_channels}, repeats{1};
     std::vector<ldi::tensor_size> stored{{384, 288}};  // not enlarged yet, where `repeats` says so
     std::map<std::string, line> lines;

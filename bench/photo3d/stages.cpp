@@ -62,23 +62,23 @@ const auto registered = [] {
     if (const auto network = ldi_bench::published_network())
         measure("depth estimation", 230, [network](benchmark::State&) { return network->disparity(photo().photo, one_thread); });
     measure("resampling to the photo", 0,
-            [](benchmark::State&) { return ldi::resample_to_photo(photo().estimated, photo().photo, options.resample); });
-    measure("depth filter", 51, [](benchmark::State&) { return ldi::weighted_median(photo().resampled, options.median); });
+            [](benchmark::State&) { return ldi::resample_to_photo(photo().estimated, photo().photo, {}, options.resample); });
+    measure("depth filter", 51, [](benchmark::State&) { return ldi::weighted_median(photo().resampled, {}, options.median); });
     measure("connected components", 12, [](benchmark::State& state) {
-        auto disparity = untimed(state, [] { return ldi::weighted_median(photo().resampled, options.median); });
-        ldi::merge_middle_components(disparity, options.components);
+        auto disparity = untimed(state, [] { return ldi::weighted_median(photo().resampled, {}, options.median); });
+        ldi::merge_middle_components(disparity, {}, options.components);
         return disparity;
     });
-    measure("lifting", 0, [](benchmark::State&) { return ldi::lift(photo().photo, photo().disparity, options.lift); });
+    measure("lifting", 0, [](benchmark::State&) { return ldi::lift(photo().photo, photo().disparity); });
     measure("occluded geometry", 31, [](benchmark::State& state) {
-        ldi::photo_layers layers = untimed(state, [] {
-            ldi::photo_layers lifted = ldi::lift(photo().photo, photo().disparity, options.lift);
+        ldi::photo_layer layers = untimed(state, [] {
+            ldi::photo_layer lifted = ldi::lift(photo().photo, photo().disparity);
             ldi::mark_mixed_colors(lifted, options.mixed_colors);
             return lifted;
         });
         const auto curves =
-            ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options.curves);
-        ldi::close_spurious_discontinuities(layers.topology, curves);
+            ldi::find_discontinuity_curves(layers, options.curves);
+        ldi::close_spurious_discontinuities(layers, curves);
         return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
     });
     measure("color inpainting (diffusion)", 540, [](benchmark::State& state) {
@@ -92,15 +92,12 @@ const auto registered = [] {
         return layers;
     });
     measure("chart generation", 72, [](benchmark::State&) {
-        return ldi::make_charts(photo().layers.topology, photo().layers.column<ldi::disparity_column>(), options.charts);
+        return ldi::make_charts(photo().layers, options.charts);
     });
     measure("chart padding", 151,
             [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
     measure("meshing", 11, [](benchmark::State&) {
-        return ldi::build_mesh(photo().layers.topology, photo().layers.column<ldi::disparity_column>(), photo().charts,
-                               photo().atlas.placements, static_cast<std::int32_t>(photo().atlas.color.width()),
-                               static_cast<std::int32_t>(photo().atlas.color.height()), photo().camera, photo().range,
-                               options.mesh, one_thread);
+        return ldi::build_mesh(photo().layers, photo().charts, photo().atlas, options.mesh);
     });
     return true;
 }();

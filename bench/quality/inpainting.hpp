@@ -78,15 +78,15 @@ inline double cut_off_share(const ldi::photo_layers& layers) {
 
 /// One layer, its depth cleaned and its tears closed as make_photo3d() does before it expands.
 template <ldi::executor Executor>
-ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
+ldi::photo_layer lift_cleaned(const subject& s, Executor& threads) {
     ldi::normalize_options normalize;
     normalize.clipped_share = 0;
     normalize.largest_depth_ratio = 1e6F;
-    ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, threads);
+    ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
-    ldi::photo_layers lifted = ldi::lift(s.photo, disparity, ldi::lift_options(), threads);
-    ldi::close_spurious_discontinuities(lifted.topology,
-                                        ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>()));
+    ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
+    ldi::close_spurious_discontinuities(lifted,
+                                        ldi::find_discontinuity_curves(lifted));
     return lifted;
 }
 
@@ -95,7 +95,7 @@ template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const std::filesystem::path& folder, Executor& threads) {
     const ldi::depth_range range = s.range();
-    const ldi::photo_layers lifted = lift_cleaned(s, threads);
+    const ldi::photo_layer lifted = lift_cleaned(s, threads);
     ldi::view original, canonical;
     original.camera = s.camera;
     canonical = ldi::moved_view(s.camera, range, 1, shift);
@@ -143,7 +143,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         for (std::size_t i = 0; i < filled.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const double d = static_cast<double>(filled.column<ldi::color_column>()[3 * i + c]) -
-                                 static_cast<double>(peeled.layers.column<ldi::color_column>()[3 * i + c]);
+                                 static_cast<double>(peeled.layers.template column<ldi::color_column>()[3 * i + c]);
                 sum += d * d, count += is_first[i] == 0 ? 1 : 0;
             }
         to.layered = psnr_of(sum / (3.0 * static_cast<double>(filled.size())));

@@ -25,10 +25,8 @@ const ldi::photo_layers& scene() {
     return layers;
 }
 
-const ldi::buffer<float>& disparity() { return scene().column<ldi::disparity_column>(); }
-
 const ldi::chart_set& charts() {
-    static const ldi::chart_set result = ldi::make_charts(scene().topology, disparity());
+    static const ldi::chart_set result = ldi::make_charts(scene());
     return result;
 }
 
@@ -39,7 +37,7 @@ void report(benchmark::State& state) {
 
 void chart_generation(benchmark::State& state) {
     charts();
-    for (auto _ : state) benchmark::DoNotOptimize(ldi::make_charts(scene().topology, disparity()));
+    for (auto _ : state) benchmark::DoNotOptimize(ldi::make_charts(scene()));
     report(state);
 }
 BENCHMARK(chart_generation)->Unit(benchmark::kMillisecond);

@@ -1,3 +1,4 @@
+#include "tests/support/surfaces.hpp"
 #include "tests/texture/photo_scene.hpp"
 
 #include <ldi/core/validate.hpp>
@@ -87,8 +88,9 @@ void check_partition(const graph& g, const chart_set& set, const chart_options& 
 }
 
 /// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
-std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, const chart_set& set, const chart_options& options) {
-    const float threshold = options.discontinuity_threshold + 1e-6F;
+std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, const chart_set& set, const chart_options& options,
+                           surface_rule rule = {}) {
+    const float threshold = rule.largest_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
     std::size_t mixed = 0;
     for (const chart& c : set.charts) {
@@ -110,10 +112,10 @@ std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, con
     return mixed;
 }
 
-void check_charts(const graph& g, std::span<const float> disparity, const chart_options& options) {
-    const chart_set set = make_charts(g, disparity, options);
+void check_charts(const graph& g, std::span<const float> disparity, const chart_options& options, surface_rule surface = {}) {
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity, surface), options);
     check_partition(g, set, options);
-    CHECK(mixed_surfaces(g, disparity, set, options) == 0);
+    CHECK(mixed_surfaces(g, disparity, set, options, surface) == 0);
 }
 
 }  // namespace
@@ -125,8 +127,7 @@ TEST_CASE("every pixel of a random graph belongs to one flat, connected chart wi
         chart_options options;
         options.max_side = 16 + below(random, 40);
         options.filter_range = 1 + below(random, 8);
-        options.discontinuity_threshold = chance(random, 50) ? 0.05F : 0.5F;
-        check_charts(layers.topology, layers.disparity, options);
+        check_charts(layers.topology, layers.disparity, options, {chance(random, 50) ? 0.05F : 0.5F});
     }
 }
 
@@ -162,22 +163,21 @@ TEST_CASE("charts of real photos keep all three constraints") {
 
 TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
     std::mt19937 random(3);
-    const photo_layers layers = random_scene(random, 120, 160);
-    chart_options blind;
-    blind.discontinuity_threshold = 2.0F;
-    const chart_set set = make_charts(layers.topology, layers.column<disparity_column>(), blind);
+    photo_layers layers = random_scene(random, 120, 160);
+    layers.surface.largest_step = 2.0F;
+    const chart_set set = make_charts(layers);
     CHECK(mixed_surfaces(layers.topology, layers.column<disparity_column>(), set, {}) > 0);
 }
 
 TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
     const graph g = make_grid(100, 70);
     const buffer<float> disparity(g.size(), 0.5F);
-    CHECK(make_charts(g, disparity).charts.size() == 1);
+    CHECK(make_charts(testing::surfaces_of(g, disparity)).charts.size() == 1);
     chart_options options;
     options.max_side = std::numeric_limits<std::int32_t>::max();
-    CHECK(make_charts(g, disparity, options).charts.size() == 1);
+    CHECK(make_charts(testing::surfaces_of(g, disparity), options).charts.size() == 1);
     options.max_side = 40;
-    const chart_set set = make_charts(g, disparity, options);
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity), options);
     CHECK(set.charts.size() == 6);
     for (const chart& c : set.charts) {
         CHECK(c.width >= 32);
@@ -192,7 +192,7 @@ TEST_CASE("a disc and the wall behind it are a chart each") {
         for (std::size_t x = 0; x < 60; ++x)
             if (std::hypot(static_cast<double>(x) - 30, static_cast<double>(y) - 30) < 12) disparity(y, x, 0) = 0.7F;
     const photo_layers layers = ldi::test::lift_disparity(disparity);
-    const chart_set set = make_charts(layers.topology, layers.column<disparity_column>());
+    const chart_set set = make_charts(layers);
     REQUIRE(set.charts.size() == 2);
     CHECK(set.charts[0].width == 60);
     CHECK(set.charts[1].width < 25);
@@ -205,7 +205,7 @@ TEST_CASE("a surface that winds over itself is cut into flat charts") {
     const graph& g = builder.result();
     buffer<float> disparity;
     for (std::size_t i = 0; i < g.size(); ++i) disparity.push_back(1.0F - 0.3F * static_cast<float>(i / 256));
-    const chart_set set = make_charts(g, disparity);
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity));
     check_partition(g, set, {});
     CHECK(set.charts.size() >= 3);
 }
@@ -213,14 +213,14 @@ TEST_CASE("a surface that winds over itself is cut into flat charts") {
 TEST_CASE("no pixels make no charts") {
     graph g;
     g.width = 8, g.height = 8;
-    CHECK(make_charts(g, {}).charts.empty());
-    CHECK(make_charts(graph(), {}).charts.empty());
+    CHECK(make_charts(testing::surfaces_of(g, {})).charts.empty());
+    CHECK(make_charts(testing::surfaces()).charts.empty());
 }
 
 TEST_CASE("options outside their range are refused") {
     const graph g = make_grid(4, 4);
     const buffer<float> disparity(g.size(), 0.5F);
-    CHECK_THROWS_AS(make_charts(g, disparity, {15, 4, 0.05F}), error);
-    CHECK_THROWS_AS(make_charts(g, disparity, {2048, 0, 0.05F}), error);
-    CHECK_THROWS_AS(make_charts(g, disparity, {2048, 9, 0.05F}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {15, 4}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {2048, 0}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {2048, 9}), error);
 }

@@ -63,7 +63,7 @@ TEST_CASE("merging brings in no new values and leaves components of random maps 
         const ldi::image<float> once = map;
         ldi::middle_component_options none;
         none.smallest_size = 1;
-        REQUIRE(ldi::merge_middle_components(map, none) == 0);
+        REQUIRE(ldi::merge_middle_components(map, {}, none) == 0);
         REQUIRE((map == once));
     }
 }

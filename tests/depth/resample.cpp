@@ -79,6 +79,6 @@ TEST_CASE("any ratio of sizes covers every pixel, on any number of threads") {
         REQUIRE(fine.height() == photo.height());
         REQUIRE(fine.width() == photo.width());
         for (float value : fine) REQUIRE((value >= 0.2499F && value <= 0.7501F));
-        REQUIRE((ldi::resample_to_photo(map, photo, {}, threads) == fine));
+        REQUIRE((ldi::resample_to_photo(map, photo, {}, {}, threads) == fine));
     }
 }

@@ -21,7 +21,7 @@ ldi::buffer<float> best_samples(const ldi::image<float>& map, int y, int x, cons
             bool edge = false;
             for (const auto& [dv, du] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
                 if (v + dv >= 0 && u + du >= 0 && v + dv < rows && u + du < columns)
-                    edge = edge || std::abs(at(v + dv, u + du) - at(v, u)) > options.edge_threshold;
+                    edge = edge || std::abs(at(v + dv, u + du) - at(v, u)) > 0.05F;
             const double difference = static_cast<double>(at(v, u)) - static_cast<double>(at(y, x));
             if (!edge) samples.emplace_back(at(v, u), std::exp(-difference * difference / (2.0 * options.sigma * options.sigma)));
         }
@@ -64,7 +64,7 @@ TEST_CASE("the weighted median is the sample whose preceding and following weigh
         const std::size_t rows = 1 + random() % 24, columns = 1 + random() % 40;
         const float noise = round % 3 == 0 ? 0.0F : round % 3 == 1 ? 0.01F : 0.12F;
         const ldi::image<float> map = random_map(random, rows, columns, noise);
-        const ldi::image<float> filtered = ldi::weighted_median(map, options);
+        const ldi::image<float> filtered = ldi::weighted_median(map, {}, options);
         for (int y = 0; y < static_cast<int>(rows); ++y)
             for (int x = 0; x < static_cast<int>(columns); ++x) {
                 const ldi::buffer<float> best = best_samples(map, y, x, options);
@@ -93,6 +93,6 @@ TEST_CASE("the weighted median is the same on any number of threads") {
     const ldi::image<float> serial = ldi::weighted_median(map);
     for (std::size_t count : {2U, 3U, 5U}) {
         ldi::thread_pool threads(count);
-        CHECK((ldi::weighted_median(map, {}, threads) == serial));
+        CHECK((ldi::weighted_median(map, {}, {}, threads) == serial));
     }
 }

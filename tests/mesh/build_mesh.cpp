@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
+#include <tests/support/surfaces.hpp>
 
 #include <array>
 #include <cmath>
@@ -27,10 +28,22 @@ ldi::buffer<ldi::chart_placement> random_placements(const charted_graph& c, std:
 
 ldi::pinhole_camera camera_of(const charted_graph& c) { return {c.topology.width, c.topology.height, 30.0F}; }
 
+ldi::testing::surfaces layers_of(const charted_graph& c, const ldi::pinhole_camera& camera) {
+    ldi::testing::surfaces layers = ldi::testing::surfaces_of(c.topology, c.disparity);
+    layers.camera = camera, layers.range = range;
+    return layers;
+}
+
+ldi::texture_atlas atlas_of(const ldi::buffer<ldi::chart_placement>& placements) {
+    ldi::texture_atlas atlas;
+    atlas.color = ldi::image<std::uint8_t>(atlas_height, atlas_width, 3);
+    atlas.placements = placements;
+    return atlas;
+}
+
 ldi::textured_mesh mesh_of(const charted_graph& c, const ldi::buffer<ldi::chart_placement>& placements,
                            const ldi::mesh_options& options) {
-    return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera_of(c), range, options,
-                           ldi::serial_executor{});
+    return ldi::build_mesh(layers_of(c, camera_of(c)), c.charts, atlas_of(placements), options);
 }
 
 ldi::mesh_options small_options() {
@@ -163,8 +176,7 @@ TEST_CASE("A camera of another size, or placements of other charts, raise an err
     ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);
     const auto build = [&] {
-        return ldi::build_mesh(c.topology, c.disparity, c.charts, placements, atlas_width, atlas_height, camera, range,
-                               small_options(), ldi::serial_executor{});
+        return ldi::build_mesh(layers_of(c, camera), c.charts, atlas_of(placements), small_options());
     };
     REQUIRE_NOTHROW(build());
     camera.width += 1;

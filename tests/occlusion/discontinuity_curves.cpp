@@ -10,10 +10,10 @@
 
 namespace {
 
-ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layers& layers, std::size_t shortest_length = 1) {
+ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t shortest_length = 1) {
     ldi::curve_options options;
     options.shortest_length = shortest_length;
-    return ldi::find_discontinuity_curves(layers.topology, layers.column<ldi::disparity_column>(), options);
+    return ldi::find_discontinuity_curves(layers, options);
 }
 
 // The ends of the lattice edge between two pixels, as (x, y) of corners.
@@ -33,7 +33,7 @@ std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph&
 TEST_CASE("every missing link inside the photo lies on exactly one curve, with its nearer pixel in front") {
     std::mt19937 random(1);
     for (int round = 0; round < 300; ++round) {
-        const ldi::photo_layers layers =
+        const ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         const ldi::graph& g = layers.topology;
         const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();
@@ -61,7 +61,7 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
 TEST_CASE("curves are chains that do not run through junctions") {
     std::mt19937 random(2);
     for (int round = 0; round < 300; ++round) {
-        const ldi::photo_layers layers =
+        const ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 2 + random() % 30, 2 + random() % 30));
         const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers);
         std::map<std::pair<int, int>, int> degree;
@@ -87,7 +87,7 @@ TEST_CASE("at a T-junction only the curve between midground and foreground is co
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 30 ? 0.5F : 0.1F;
-    const ldi::photo_layers layers = ldi::test::lift_disparity(map);
+    const ldi::photo_layer layers = ldi::test::lift_disparity(map);
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 3);
     const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();

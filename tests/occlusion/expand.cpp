@@ -20,10 +20,16 @@ struct label {
     static constexpr std::size_t channels = 2;
 };
 
-ldi::photo_layers grown(const ldi::photo_layers& lifted, int iterations, std::size_t shortest_length = 20) {
+struct mark {
+    using scalar = std::int32_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
+};
+
+ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
     ldi::curve_options curve_options;
     curve_options.shortest_length = shortest_length;
-    const auto curves = ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>(), curve_options);
+    const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
     ldi::expand_options options;
     options.iterations = iterations;
     return ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
@@ -58,12 +64,12 @@ void require_sound(const ldi::graph& g, std::span<const float> disparity, std::s
 TEST_CASE("after every iteration the graph is sound, and every new pixel is hidden behind the photo's") {
     std::mt19937 random(1);
     for (int round = 0; round < 120; ++round) {
-        const ldi::photo_layers lifted =
+        const ldi::photo_layer lifted =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
         curve_options.shortest_length = 1 + random() % 20;
         const auto curves =
-            ldi::find_discontinuity_curves(lifted.topology, lifted.column<ldi::disparity_column>(), curve_options);
+            ldi::find_discontinuity_curves(lifted, curve_options);
         ldi::expand_options options;
         options.iterations = 12;
         int iterations = 0;
@@ -81,7 +87,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
 TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
     std::mt19937 random(2);
     for (int round = 0; round < 60; ++round) {
-        ldi::photo_layers lifted = ldi::test::lift_disparity(ldi::test::random_disparity(random, 40, 30));
+        ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::test::random_disparity(random, 40, 30));
         for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
         const ldi::photo_layers expanded = grown(lifted, 15, 4);
         const ldi::graph& g = expanded.topology;
@@ -169,30 +175,36 @@ TEST_CASE("the midground does not grow past the perpendicular at its end, the ba
         for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
 }
 
-TEST_CASE("users' own columns come along, and are zero where pixels are new") {
+TEST_CASE("a new pixel has in a user's own column what the pixel has whose surface it continues, or zero where the column says so") {
     ldi::image<float> map(30, 30);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
-    ldi::photo_layers lifted = ldi::test::lift_disparity(map);
-    ldi::layered_image<ldi::disparity_column, label> own(lifted.topology);
-    own.column<ldi::disparity_column>() = lifted.column<ldi::disparity_column>();
-    for (std::int32_t i = 0; i < 900; ++i) own.at<label>(i)[0] = i + 1, own.at<label>(i)[1] = -i - 1;
-    const auto curves = ldi::find_discontinuity_curves(own.topology, own.column<ldi::disparity_column>());
+    ldi::buffer<std::int32_t> numbers(2 * 900), marks(900, 7);
+    for (std::int32_t i = 0; i < 900; ++i) numbers[2 * i] = i + 1, numbers[2 * i + 1] = -i - 1;
+    const auto own = ldi::add_column<mark>(ldi::add_column<label>(ldi::test::lift_disparity(map), numbers), marks);
+    const auto curves = ldi::find_discontinuity_curves(own);
     const auto expanded = ldi::expand(own, std::span<const ldi::discontinuity_curve>(curves));
+    REQUIRE(expanded.size() > 900);
     std::set<std::int32_t> seen;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(expanded.size()); ++i) {
         const auto [first, second] = std::pair{expanded.at<label>(i)[0], expanded.at<label>(i)[1]};
         REQUIRE(first == -second);
-        if (first == 0) continue;
-        REQUIRE(first - 1 ==
-                expanded.topology.y[static_cast<std::size_t>(i)] * 30 + expanded.topology.x[static_cast<std::size_t>(i)]);
-        REQUIRE(seen.insert(first).second);
+        const std::int32_t x = expanded.topology.x[i], y = expanded.topology.y[i];
+        if (expanded.at<mark>(i)[0] == 7) {  // the photo's own
+            REQUIRE(first - 1 == y * 30 + x);
+            REQUIRE(seen.insert(first).second);
+        } else {
+            REQUIRE(expanded.at<mark>(i)[0] == 0);
+            REQUIRE((first - 1) % 30 < 15);  // grown from the far side
+            REQUIRE(x >= 15);
+            REQUIRE(expanded.column<ldi::disparity_column>()[i] == 0.2F);
+        }
     }
     CHECK(seen.size() == 900);
 }
 
 TEST_CASE("growth can be canceled, and refuses a senseless number of iterations") {
-    const ldi::photo_layers lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
+    const ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::observer watcher;
     watcher.is_canceled = [](void*) { return true; };
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, watcher), ldi::error);

@@ -10,7 +10,7 @@ TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x < 20 ? 0.2F : 0.8F;
-    ldi::photo_layers layers = ldi::test::lift_disparity(map);
+    ldi::photo_layer layers = ldi::test::lift_disparity(map);
     ldi::mixed_color_options options;
     options.foreground_margin = 3;
     options.background_margin = 1;
@@ -25,7 +25,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x >= 20 && x < 24 ? 0.8F : 0.2F;
-    ldi::photo_layers layers = ldi::test::lift_disparity(map);
+    ldi::photo_layer layers = ldi::test::lift_disparity(map);
     ldi::mark_mixed_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i)
         if (layers.topology.x[i] >= 20 && layers.topology.x[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
@@ -34,7 +34,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
 TEST_CASE("every unknown pixel can be refilled: links lead from it to a known one within the margin") {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
-        ldi::photo_layers layers =
+        ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 40, 1 + random() % 40));
         ldi::mixed_color_options options;
         options.foreground_margin = static_cast<int>(random() % 5);

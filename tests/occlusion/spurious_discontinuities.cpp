@@ -12,16 +12,16 @@
 TEST_CASE("exactly the discontinuities that are on no curve are closed") {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
-        ldi::photo_layers layers =
+        ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         ldi::graph& g = layers.topology;
         ldi::curve_options options;
         options.shortest_length = 1 + random() % 30;
-        const auto curves = ldi::find_discontinuity_curves(g, layers.column<ldi::disparity_column>(), options);
+        const auto curves = ldi::find_discontinuity_curves(layers, options);
         std::set<std::pair<std::int32_t, std::int32_t>> on_curve;
         for (const ldi::discontinuity_curve& c : curves)
             for (const ldi::discontinuity& d : c.sides) on_curve.insert(std::minmax(d.back, d.front));
-        ldi::close_spurious_discontinuities(g, curves);
+        ldi::close_spurious_discontinuities(layers, curves);
         REQUIRE_FALSE(ldi::validate(g));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
             if (g.x[static_cast<std::size_t>(i)] + 1 < g.width)

@@ -37,7 +37,7 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
 // The share of pixels that show nothing, at least `margin` pixels inside the frame, when the nearest surface moves by `shift`
 // pixels.
 double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
-    const ldi::view from = ldi::moved_view(photo.camera, photo.range, 1.0F, shift_right, shift_down);
+    const ldi::view from = ldi::moved_view(photo.layers.camera, photo.layers.range, 1.0F, shift_right, shift_down);
     const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, from);
     std::size_t holes = 0, pixels = 0;
     for (std::size_t y = margin; y + margin < seen.coverage.height(); ++y)

@@ -10,7 +10,7 @@
 
 namespace ldi::test {
 
-inline photo_layers lift_disparity(const image<float>& disparity) {
+inline photo_layer lift_disparity(const image<float>& disparity) {
     return lift(image<std::uint8_t>(disparity.height(), disparity.width(), 3, std::uint8_t{100}), disparity);
 }
 

@@ -95,7 +95,7 @@ TEST_CASE("atlases of random charts hold every pixel once, in blocks of its char
         options.padding.filter_padding = 1 + below(random, 6);
         chart_options cut;
         cut.max_side = 16 + below(random, 60);
-        const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>(), cut);
+        const chart_set charts = make_charts(layers, cut);
         check_atlas(layers, charts, make_atlas(layers, charts, options), options);
     }
 }
@@ -104,7 +104,7 @@ TEST_CASE("atlases of scenes with hidden surfaces do too, on any number of threa
     std::mt19937 random(2);
     for (int i = 0; i < 6; ++i) {
         const photo_layers layers = random_scene(random, 130, 150);
-        const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
+        const chart_set charts = make_charts(layers);
         const texture_atlas atlas = make_atlas(layers, charts);
         check_atlas(layers, charts, atlas, {});
         check_threads(layers, charts, atlas);
@@ -119,7 +119,7 @@ TEST_CASE("atlases of real photos do too") {
             continue;
         }
         INFO(name);
-        const chart_set charts = make_charts(layers->topology, layers->column<disparity_column>());
+        const chart_set charts = make_charts(*layers);
         const texture_atlas atlas = make_atlas(*layers, charts);
         check_atlas(*layers, charts, atlas, {});
         check_threads(*layers, charts, atlas);
@@ -135,7 +135,7 @@ TEST_CASE("an image without pixels has an empty atlas") {
 
 TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
     const photo_layers layers(make_grid(100, 100));
-    const chart_set charts = make_charts(layers.topology, layers.column<disparity_column>());
+    const chart_set charts = make_charts(layers);
     atlas_options options;
     options.max_side = 112;
     CHECK(make_atlas(layers, charts, options).color.height() == 112);

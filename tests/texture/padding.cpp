@@ -119,7 +119,7 @@ TEST_CASE("diffusion is smooth: a linear ramp goes on without a step") {
 TEST_CASE("more rounds of diffusion change little") {
     std::mt19937 random(5);
     const photo_layers layers = random_scene(random, 90, 110);
-    const chart_set set = make_charts(layers.topology, layers.column<disparity_column>());
+    const chart_set set = make_charts(layers);
     const auto largest = std::max_element(set.charts.begin(), set.charts.end(),
                                           [](const chart& a, const chart& b) { return a.pixels.size() < b.pixels.size(); });
     padding_options thorough;
@@ -147,7 +147,7 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
         const graph& g = layers.topology;
         padding_options options;
         options.filter_padding = 1 + below(random, 6);
-        const chart_set set = make_charts(g, layers.column<disparity_column>());
+        const chart_set set = make_charts(layers);
         for (const chart& c : set.charts) {
             const drawing d = draw(layers, c, options);
             // All colors that links of the chart lead to, by texel.

@@ -37,9 +37,9 @@ inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t large
 }
 
 /// A lifted photo with its hidden surfaces, every pixel colored.
-inline photo_layers with_hidden_surfaces(photo_layers lifted) {
+inline photo_layers with_hidden_surfaces(photo_layer lifted) {
     mark_mixed_colors(lifted);
-    const auto curves = find_discontinuity_curves(lifted.topology, lifted.column<disparity_column>());
+    const auto curves = find_discontinuity_curves(lifted);
     photo_layers layers = expand(std::move(lifted), curves);
     const serial_executor threads;
     diffusion_inpainter().inpaint(layers, threads);

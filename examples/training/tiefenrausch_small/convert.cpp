@@ -28,7 +28,7 @@ namespace {
 class weight_file {
 public:
     template <class Scalar>
-    void add(const std::string& name, const ldi::buffer<std::size_t>& shape, const std::vector<Scalar>& values) {
+    void add(const std::string& name, const ldi::buffer<std::size_t>& shape, const ldi::buffer<Scalar>& values) {
         const char* type = std::is_same_v<Scalar, float> ? "F32" : std::is_same_v<Scalar, std::int32_t> ? "I32" : "U8";
         const std::size_t begin = data_.size();
         data_.resize(begin + values.size() * sizeof(Scalar));

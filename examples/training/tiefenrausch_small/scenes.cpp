@@ -73,7 +73,7 @@ private:
     texture photograph(double size) {
         const auto photo =
             std::make_shared<const ldi::image<std::uint8_t>>(ldi::load_photo(photos_[generator_() % photos_.size()]).color);
-        const double rows = static_cast<double>(ldi::height(*photo)), columns = static_cast<double>(ldi::width(*photo));
+        const double rows = static_cast<double>(photo->height()), columns = static_cast<double>(photo->width());
         const double shift_u = between(0, 1), shift_v = between(0, 1), pixels = columns / size;
         return [=](const surface_point& p) {
             const auto mirrored = [](double at, double length) {

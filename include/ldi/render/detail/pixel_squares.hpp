@@ -29,7 +29,7 @@ constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == 
 class pixel_squares {
 public:
     template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
+    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& distances, const view& from,
                   std::int32_t samples, float z_near)
         : graph_(layers.topology) {
         if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
@@ -37,7 +37,7 @@ public:
                   std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), taken_from, range, from, samples, z_near);
+        place(layers.template column<disparity_column>(), taken_from, distances, from, samples, z_near);
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
@@ -92,7 +92,7 @@ private:
     }
 
     /// A corner has the mean disparity of the pixels that share it.
-    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& range, const view& from,
+    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& distances, const view& from,
                std::int32_t samples, float z_near) {
         const std::size_t count = graph_.size();
         buffer<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
@@ -101,7 +101,7 @@ private:
                 sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
                 members[corner(i, c) - count] += 1;
             }
-        const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
+        const double first = 1.0 / static_cast<double>(distances.z_near), last = 1.0 / static_cast<double>(distances.z_far);
         const relative_projection project(taken_from, from, samples, z_near);
         buffer<std::uint8_t> safe(vertices_.size(), 0);
         const auto put = [&](std::size_t vertex, double x, double y, double d) {

@@ -1,0 +1,106 @@
+// What a user adds to the pixels goes through every stage, and what a user has in memory goes in as it lies there.
+#include "tests/support/lifted_scene.hpp"
+
+#include <ldi/ldi.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+using namespace ldi;
+
+namespace {
+
+struct normal_column {
+    using scalar = float;
+    static constexpr std::size_t channels = 3;
+};
+
+struct material_column {
+    using scalar = std::uint16_t;
+    static constexpr std::size_t channels = 1;
+};
+
+/// Any function of the photo's position, so that it can be checked wherever the value turns up.
+std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<std::uint16_t>(7 * x + 1000 * y); }
+
+}  // namespace
+
+TEST_CASE("normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, grain, charts and atlas") {
+    std::mt19937 random(4);
+    for (int round = 0; round < 20; ++round) {
+        const std::size_t rows = 40 + random() % 40, columns = 40 + random() % 40;
+        const image<float> disparity = test::random_disparity(random, rows, columns);
+        image<std::uint8_t> photo(rows, columns, 3);
+        for (std::uint8_t& value : photo) value = static_cast<std::uint8_t>(random());
+        buffer<float> normals;
+        buffer<std::uint16_t> materials;
+        for (std::int32_t y = 0; y < static_cast<std::int32_t>(rows); ++y)
+            for (std::int32_t x = 0; x < static_cast<std::int32_t>(columns); ++x) {
+                const float direction[] = {static_cast<float>(x), static_cast<float>(y), 1.0F};
+                normals.append(direction, direction + 3);
+                materials.push_back(material_at(x, y));
+            }
+
+        auto layer = add_column<material_column>(add_column<normal_column>(lift(photo, disparity), normals), materials);
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {.shortest_length = 4});
+        close_spurious_discontinuities(layer, curves);
+        mark_mixed_colors(layer);
+        auto layers = expand(std::move(layer), std::span<const discontinuity_curve>(curves), {.iterations = 10});
+        const serial_executor threads;
+        diffusion_inpainter().inpaint(layers, threads);
+        add_grain(layers);
+        const chart_set charts = make_charts(layers);
+        const texture_atlas atlas = make_atlas(layers, charts);
+        const textured_mesh mesh = build_mesh(layers, charts, atlas);
+
+        // A hidden pixel goes on with what the photo's pixel has from which it grew, so normal and material still agree.
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
+            const auto n = layers.at<normal_column>(i);
+            REQUIRE(layers.at<material_column>(i)[0] == material_at(static_cast<std::int32_t>(n[0]), static_cast<std::int32_t>(n[1])));
+        }
+        REQUIRE(mesh.pixels.size() == mesh.vertex_count());
+        for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+            const std::int32_t pixel = mesh.pixels[v];
+            REQUIRE(pixel != no_pixel);
+            const float* p = mesh.positions.data() + 3 * v;
+            const auto [x, y] = layers.camera.project({p[0], p[1], p[2]});
+            CHECK(std::abs(x - static_cast<float>(layers.topology.x[pixel]) - 0.5F) < 0.51F);
+            CHECK(std::abs(y - static_cast<float>(layers.topology.y[pixel]) - 0.5F) < 0.51F);
+        }
+    }
+}
+
+TEST_CASE("rows of an engine's own pictures, with gaps between them, make the same 3D photo as a copy without") {
+    std::mt19937 random(5);
+    const std::size_t rows = 60, columns = 80, photo_stride = 3 * columns + 17, map_stride = columns + 5;
+    const image<float> disparity = test::random_disparity(random, rows, columns);
+    std::vector<std::uint8_t> photo_memory(rows * photo_stride, 255);
+    std::vector<float> map_memory(rows * map_stride, -1.0F);
+    const image_view<std::uint8_t> photo(photo_memory.data(), rows, columns, 3, photo_stride);
+    const image_view<float> map(map_memory.data(), rows, columns, 1, map_stride);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            map(y, x) = disparity(y, x);
+            for (std::size_t c = 0; c < 3; ++c) photo(y, x, c) = static_cast<std::uint8_t>(random());
+        }
+    const image<std::uint8_t> photo_copy{image_view<const std::uint8_t>(photo)};
+
+    CHECK(weighted_median(map) == weighted_median(disparity));
+    CHECK(normalize(map).disparity == normalize(disparity).disparity);
+    image<float> merged(disparity);
+    merge_middle_components(merged);
+    merge_middle_components(map);
+    CHECK(image<float>{image_view<const float>(map)} == merged);
+    const photo_layer from_views = lift(photo, map), from_copies = lift(photo_copy, merged);
+    CHECK(from_views.column<color_column>() == from_copies.column<color_column>());
+    CHECK(from_views.column<disparity_column>() == from_copies.column<disparity_column>());
+    CHECK(from_views.topology.right == from_copies.topology.right);
+    const photo3d one = make_photo3d(photo, given_disparity{disparity}, diffusion_inpainter{});
+    const photo3d other = make_photo3d(photo_copy, given_disparity{disparity}, diffusion_inpainter{});
+    CHECK(one.mesh.positions == other.mesh.positions);
+    CHECK(one.atlas.color == other.atlas.color);
+}
