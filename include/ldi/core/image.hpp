@@ -28,8 +28,9 @@ public:
         LDI_ASSERT(row_stride_ >= width * channels);
     }
     /// What may be changed may be read.
-    image_view(const image_view<value_type>& other)
-        requires std::is_const_v<Scalar>
+    template <class Other>
+        requires(std::is_const_v<Scalar> && std::is_same_v<Other, value_type>)
+    image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
 
     std::size_t height() const { return height_; }
