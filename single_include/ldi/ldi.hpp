@@ -130,18 +130,292 @@ inline error_handler set_error_handler(error_handler handler) {
 
 }  // namespace ldi
 
+// ---- ldi/base/memory.hpp
+// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes its
+// memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+
+#include <concepts>
+#include <cstddef>
+#include <cstring>
+#include <initializer_list>
+#include <new>
+#include <type_traits>
+
+namespace ldi {
+
+/// Where memory comes from. Must live as long as anything that was allocated from it. Its functions are called on any thread that
+/// works for a stage.
+struct memory {
+    void* context = nullptr;
+    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
+    void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
+    /// Takes back what `allocate` returned for the same number of bytes.
+    void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
+};
+
+/// The start of a cache line, so that no vector load of packed values straddles two.
+inline constexpr std::size_t buffer_alignment = 64;
+
+namespace detail {
+
+inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+}
+inline void release_to_system(void*, void* block, std::size_t) { std::free(block); }
+
+inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
+
+/// What this thread allocates from.
+inline const memory*& memory_of_thread() {
+    static thread_local const memory* current = &system_memory;
+    return current;
+}
+
+/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    static_cast<std::size_t>(i - i);
+};
+
+/// Apart from `buffer`, so that it is compiled once for all element types.
+[[noreturn]] inline void out_of_memory() {
+#if LDI_HAS_EXCEPTIONS
+    throw std::bad_alloc();
+#else
+    std::abort();
+#endif
+}
+
+}  // namespace detail
+
+/// What buffers on this thread are allocated from at present: the C library's memory unless a `memory_scope` says otherwise.
+inline const memory& current_memory() { return *detail::memory_of_thread(); }
+
+/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
+///
+///     ldi::memory_scope scope(my_engine_memory);
+///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
+class memory_scope {
+public:
+    explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
+    ~memory_scope() { detail::memory_of_thread() = before_; }
+    memory_scope(const memory_scope&) = delete;
+    memory_scope& operator=(const memory_scope&) = delete;
+
+private:
+    const memory* before_;
+};
+
+/// Asks for values that are not set, where a buffer would set them to zero otherwise.
+struct unset_t {};
+inline constexpr unset_t unset{};
+
+/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and gives it back
+/// there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types as they are; a
+/// moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without exceptions the program ends.
+template <class T>
+class buffer {
+public:
+    using value_type = T;
+    using iterator = T*;
+    using const_iterator = const T*;
+
+    buffer() = default;
+    explicit buffer(std::size_t count) { resize(count); }
+    buffer(std::size_t count, unset_t) { resize(count, unset); }
+    buffer(std::size_t count, const T& value) { resize(count, value); }
+    buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
+    template <detail::element_iterator Iterator>
+    buffer(Iterator first, Iterator last) {
+        append(first, last);
+    }
+    buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
+    buffer(buffer&& other) noexcept
+        : values_(std::exchange(other.values_, nullptr)),
+          size_(std::exchange(other.size_, 0)),
+          capacity_(std::exchange(other.capacity_, 0)),
+          from_(std::exchange(other.from_, nullptr)) {}
+    buffer& operator=(const buffer& other) {
+        if (this != &other) assign(other.begin(), other.end());
+        return *this;
+    }
+    buffer& operator=(buffer&& other) noexcept {
+        buffer(std::move(other)).swap(*this);
+        return *this;
+    }
+    ~buffer() { release(); }
+
+    std::size_t size() const { return size_; }
+    std::size_t capacity() const { return capacity_; }
+    bool empty() const { return size_ == 0; }
+    T* data() { return values_; }
+    const T* data() const { return values_; }
+    T* begin() { return values_; }
+    const T* begin() const { return values_; }
+    T* end() { return values_ + size_; }
+    const T* end() const { return values_ + size_; }
+
+    template <std::integral Index>
+    T& operator[](Index i) {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
+        return values_[static_cast<std::size_t>(i)];
+    }
+    template <std::integral Index>
+    const T& operator[](Index i) const {
+        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
+        return values_[static_cast<std::size_t>(i)];
+    }
+    T& front() { return (*this)[0]; }
+    const T& front() const { return (*this)[0]; }
+    T& back() { return (*this)[size_ - 1]; }
+    const T& back() const { return (*this)[size_ - 1]; }
+
+    /// New values are zero.
+    void resize(std::size_t count) {
+        change_size(count, [](void* place) { ::new (place) T(); });
+    }
+    /// New values of trivial types are not set.
+    void resize(std::size_t count, unset_t) {
+        if constexpr (std::is_trivially_default_constructible_v<T>)
+            change_size(count, [](void*) {});
+        else
+            resize(count);
+    }
+    void resize(std::size_t count, const T& value) {
+        change_size(count, [copy = value](void* place) { ::new (place) T(copy); });
+    }
+    void reserve(std::size_t count) {
+        if (count > capacity_) reallocate(count);
+    }
+    void clear() { destroy_from(0); }
+    void assign(std::size_t count, const T& value) {
+        const T copy = value;
+        clear();
+        resize(count, copy);
+    }
+    template <detail::element_iterator Iterator>
+    void assign(Iterator first, Iterator last) {
+        clear();
+        append(first, last);
+    }
+    void push_back(const T& value) { emplace_back(value); }
+    void push_back(T&& value) { emplace_back(std::move(value)); }
+    template <class... Arguments>
+    T& emplace_back(Arguments&&... arguments) {
+        if (size_ == capacity_) {
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            reallocate(grown(size_ + 1));
+            return *::new (static_cast<void*>(values_ + size_++)) T(std::move(made));
+        }
+        return *::new (static_cast<void*>(values_ + size_++)) T(std::forward<Arguments>(arguments)...);
+    }
+    void pop_back() {
+        --size_;
+        values_[size_].~T();
+    }
+    /// The range must not lie in this buffer.
+    template <detail::element_iterator Iterator>
+    void append(Iterator first, Iterator last) {
+        const std::size_t count = static_cast<std::size_t>(last - first);
+        if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
+        for (; first != last; ++first, ++size_) ::new (static_cast<void*>(values_ + size_)) T(static_cast<T>(*first));
+    }
+    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
+    template <detail::element_iterator Iterator>
+    T* insert(T* place, Iterator first, Iterator last) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at, count = static_cast<std::size_t>(last - first);
+        if (size_ + count > capacity_) reallocate(grown(size_ + count));
+        if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
+        for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        size_ += count;
+        return values_ + at;
+    }
+    T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
+    T* erase(T* first, T* last) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
+        size_ -= static_cast<std::size_t>(last - first);
+        return first;
+    }
+    T* erase(T* place) { return erase(place, place + 1); }
+
+    void swap(buffer& other) noexcept {
+        std::swap(values_, other.values_);
+        std::swap(size_, other.size_);
+        std::swap(capacity_, other.capacity_);
+        std::swap(from_, other.from_);
+    }
+    friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
+    friend bool operator==(const buffer& a, const buffer& b) {
+        if (a.size_ != b.size_) return false;
+        for (std::size_t i = 0; i < a.size_; ++i)
+            if (!(a.values_[i] == b.values_[i])) return false;
+        return true;
+    }
+
+private:
+    std::size_t grown(std::size_t needed) const {
+        const std::size_t more = capacity_ + capacity_ / 2 + 4;
+        return more > needed ? more : needed;
+    }
+
+    template <class Construct>
+    void change_size(std::size_t count, Construct construct) {
+        if (count < size_) destroy_from(count);
+        if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
+        for (; size_ < count; ++size_) construct(static_cast<void*>(values_ + size_));
+    }
+
+    void destroy_from(std::size_t count) {
+        if constexpr (!std::is_trivially_destructible_v<T>)
+            for (std::size_t i = count; i < size_; ++i) values_[i].~T();
+        size_ = count;
+    }
+
+    void reallocate(std::size_t capacity) {
+        if (from_ == nullptr) from_ = &current_memory();
+        if (capacity > static_cast<std::size_t>(-1) / 2 / sizeof(T)) detail::out_of_memory();
+        constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
+        T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
+        if (values == nullptr) detail::out_of_memory();
+        if constexpr (std::is_trivially_copyable_v<T>) {
+            if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
+        } else {
+            for (std::size_t i = 0; i < size_; ++i) {
+                ::new (static_cast<void*>(values + i)) T(std::move(values_[i]));
+                values_[i].~T();
+            }
+        }
+        if (values_ != nullptr) from_->release(from_->context, values_, capacity_ * sizeof(T));
+        values_ = values, capacity_ = capacity;
+    }
+
+    void release() {
+        if (values_ == nullptr) return;
+        destroy_from(0);
+        from_->release(from_->context, values_, capacity_ * sizeof(T));
+    }
+
+    T* values_ = nullptr;
+    std::size_t size_ = 0, capacity_ = 0;
+    const memory* from_ = nullptr;
+};
+
+}  // namespace ldi
+
 // ---- ldi/base/executor.hpp
 // The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
 // Results never depend on the executor or on its number of threads.
 
 #include <algorithm>
-#include <concepts>
 #include <condition_variable>
-#include <cstddef>
 #include <exception>
 #include <mutex>
 #include <thread>
-#include <type_traits>
 #include <vector>
 
 namespace ldi {
@@ -180,11 +454,13 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     struct task {
         std::remove_reference_t<Body>* body;
         std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        const memory& from = current_memory();  // for all threads that work on this
         std::mutex mutex{};
         std::exception_ptr failure{};
 
         std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
         void run(std::size_t i) {
+            const memory_scope scope(from);
 #if LDI_HAS_EXCEPTIONS
             {
                 const std::lock_guard lock(mutex);
@@ -373,278 +649,6 @@ struct depth_range {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
     }
-};
-
-}  // namespace ldi
-
-// ---- ldi/base/memory.hpp
-// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes its
-// memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
-
-#include <cstring>
-#include <initializer_list>
-#include <new>
-
-namespace ldi {
-
-/// Where memory comes from. Must live as long as anything that was allocated from it. Its functions are called on any thread that
-/// works for a stage.
-struct memory {
-    void* context = nullptr;
-    /// At least `bytes` bytes, aligned to `alignment`, a power of two; null if there is not enough.
-    void* (*allocate)(void* context, std::size_t bytes, std::size_t alignment) = nullptr;
-    /// Takes back what `allocate` returned for the same number of bytes.
-    void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
-};
-
-/// The start of a cache line, so that no vector load of packed values straddles two.
-inline constexpr std::size_t buffer_alignment = 64;
-
-namespace detail {
-
-inline void* allocate_from_system(void*, std::size_t bytes, std::size_t alignment) {
-    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-}
-inline void release_to_system(void*, void* block, std::size_t) { std::free(block); }
-
-inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
-
-/// What this thread allocates from.
-inline const memory*& memory_of_thread() {
-    static thread_local const memory* current = &system_memory;
-    return current;
-}
-
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
-template <class T>
-concept element_iterator = requires(T i) {
-    *i;
-    ++i;
-    static_cast<std::size_t>(i - i);
-};
-
-/// Apart from `buffer`, so that it is compiled once for all element types.
-[[noreturn]] inline void out_of_memory() {
-#if LDI_HAS_EXCEPTIONS
-    throw std::bad_alloc();
-#else
-    std::abort();
-#endif
-}
-
-}  // namespace detail
-
-/// What buffers on this thread are allocated from at present: the C library's memory unless a `memory_scope` says otherwise.
-inline const memory& current_memory() { return *detail::memory_of_thread(); }
-
-/// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
-///
-///     ldi::memory_scope scope(my_engine_memory);
-///     ldi::photo3d result = ldi::make_photo3d(photo, estimator, inpainter);
-class memory_scope {
-public:
-    explicit memory_scope(const memory& from) : before_(std::exchange(detail::memory_of_thread(), &from)) {}
-    ~memory_scope() { detail::memory_of_thread() = before_; }
-    memory_scope(const memory_scope&) = delete;
-    memory_scope& operator=(const memory_scope&) = delete;
-
-private:
-    const memory* before_;
-};
-
-/// Asks for values that are not set, where a buffer would set them to zero otherwise.
-struct unset_t {};
-inline constexpr unset_t unset{};
-
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and gives it back
-/// there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types as they are; a
-/// moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without exceptions the program ends.
-template <class T>
-class buffer {
-public:
-    using value_type = T;
-    using iterator = T*;
-    using const_iterator = const T*;
-
-    buffer() = default;
-    explicit buffer(std::size_t count) { resize(count); }
-    buffer(std::size_t count, unset_t) { resize(count, unset); }
-    buffer(std::size_t count, const T& value) { resize(count, value); }
-    buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
-    template <detail::element_iterator Iterator>
-    buffer(Iterator first, Iterator last) {
-        append(first, last);
-    }
-    buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
-    buffer(buffer&& other) noexcept
-        : values_(std::exchange(other.values_, nullptr)),
-          size_(std::exchange(other.size_, 0)),
-          capacity_(std::exchange(other.capacity_, 0)),
-          from_(std::exchange(other.from_, nullptr)) {}
-    buffer& operator=(const buffer& other) {
-        if (this != &other) assign(other.begin(), other.end());
-        return *this;
-    }
-    buffer& operator=(buffer&& other) noexcept {
-        buffer(std::move(other)).swap(*this);
-        return *this;
-    }
-    ~buffer() { release(); }
-
-    std::size_t size() const { return size_; }
-    std::size_t capacity() const { return capacity_; }
-    bool empty() const { return size_ == 0; }
-    T* data() { return values_; }
-    const T* data() const { return values_; }
-    T* begin() { return values_; }
-    const T* begin() const { return values_; }
-    T* end() { return values_ + size_; }
-    const T* end() const { return values_ + size_; }
-
-    template <std::integral Index>
-    T& operator[](Index i) {
-        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
-        return values_[static_cast<std::size_t>(i)];
-    }
-    template <std::integral Index>
-    const T& operator[](Index i) const {
-        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
-        return values_[static_cast<std::size_t>(i)];
-    }
-    T& front() { return (*this)[0]; }
-    const T& front() const { return (*this)[0]; }
-    T& back() { return (*this)[size_ - 1]; }
-    const T& back() const { return (*this)[size_ - 1]; }
-
-    /// New values are zero.
-    void resize(std::size_t count) {
-        change_size(count, [](void* place) { ::new (place) T(); });
-    }
-    /// New values are not set.
-    void resize(std::size_t count, unset_t) {
-        static_assert(std::is_trivially_default_constructible_v<T>);
-        change_size(count, [](void*) {});
-    }
-    void resize(std::size_t count, const T& value) {
-        change_size(count, [copy = value](void* place) { ::new (place) T(copy); });
-    }
-    void reserve(std::size_t count) {
-        if (count > capacity_) reallocate(count);
-    }
-    void clear() { destroy_from(0); }
-    void assign(std::size_t count, const T& value) {
-        const T copy = value;
-        clear();
-        resize(count, copy);
-    }
-    template <detail::element_iterator Iterator>
-    void assign(Iterator first, Iterator last) {
-        clear();
-        append(first, last);
-    }
-    void push_back(const T& value) { emplace_back(value); }
-    void push_back(T&& value) { emplace_back(std::move(value)); }
-    template <class... Arguments>
-    T& emplace_back(Arguments&&... arguments) {
-        if (size_ == capacity_) {
-            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
-            reallocate(grown(size_ + 1));
-            return *::new (static_cast<void*>(values_ + size_++)) T(std::move(made));
-        }
-        return *::new (static_cast<void*>(values_ + size_++)) T(std::forward<Arguments>(arguments)...);
-    }
-    void pop_back() {
-        --size_;
-        values_[size_].~T();
-    }
-    /// The range must not lie in this buffer.
-    template <detail::element_iterator Iterator>
-    void append(Iterator first, Iterator last) {
-        const std::size_t count = static_cast<std::size_t>(last - first);
-        if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
-        for (; first != last; ++first, ++size_) ::new (static_cast<void*>(values_ + size_)) T(static_cast<T>(*first));
-    }
-    /// Trivial types only, as erase. `value` must not lie in this buffer.
-    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
-    template <detail::element_iterator Iterator>
-    T* insert(T* place, Iterator first, Iterator last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at, count = static_cast<std::size_t>(last - first);
-        if (size_ + count > capacity_) reallocate(grown(size_ + count));
-        if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
-        for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
-        size_ += count;
-        return values_ + at;
-    }
-    T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
-    T* erase(T* first, T* last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
-        size_ -= static_cast<std::size_t>(last - first);
-        return first;
-    }
-    T* erase(T* place) { return erase(place, place + 1); }
-
-    void swap(buffer& other) noexcept {
-        std::swap(values_, other.values_);
-        std::swap(size_, other.size_);
-        std::swap(capacity_, other.capacity_);
-        std::swap(from_, other.from_);
-    }
-    friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
-    friend bool operator==(const buffer& a, const buffer& b) {
-        if (a.size_ != b.size_) return false;
-        for (std::size_t i = 0; i < a.size_; ++i)
-            if (!(a.values_[i] == b.values_[i])) return false;
-        return true;
-    }
-
-private:
-    std::size_t grown(std::size_t needed) const {
-        const std::size_t more = capacity_ + capacity_ / 2 + 4;
-        return more > needed ? more : needed;
-    }
-
-    template <class Construct>
-    void change_size(std::size_t count, Construct construct) {
-        if (count < size_) destroy_from(count);
-        if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
-        for (; size_ < count; ++size_) construct(static_cast<void*>(values_ + size_));
-    }
-
-    void destroy_from(std::size_t count) {
-        if constexpr (!std::is_trivially_destructible_v<T>)
-            for (std::size_t i = count; i < size_; ++i) values_[i].~T();
-        size_ = count;
-    }
-
-    void reallocate(std::size_t capacity) {
-        if (from_ == nullptr) from_ = &current_memory();
-        if (capacity > static_cast<std::size_t>(-1) / 2 / sizeof(T)) detail::out_of_memory();
-        constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
-        T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
-        if (values == nullptr) detail::out_of_memory();
-        if constexpr (std::is_trivially_copyable_v<T>) {
-            if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
-        } else {
-            for (std::size_t i = 0; i < size_; ++i) {
-                ::new (static_cast<void*>(values + i)) T(std::move(values_[i]));
-                values_[i].~T();
-            }
-        }
-        if (values_ != nullptr) from_->release(from_->context, values_, capacity_ * sizeof(T));
-        values_ = values, capacity_ = capacity;
-    }
-
-    void release() {
-        if (values_ == nullptr) return;
-        destroy_from(0);
-        from_->release(from_->context, values_, capacity_ * sizeof(T));
-    }
-
-    T* values_ = nullptr;
-    std::size_t size_ = 0, capacity_ = 0;
-    const memory* from_ = nullptr;
 };
 
 }  // namespace ldi
@@ -1339,8 +1343,9 @@ public:
         LDI_ASSERT(row_stride_ >= width * channels);
     }
     /// What may be changed may be read.
-    image_view(const image_view<value_type>& other)
-        requires std::is_const_v<Scalar>
+    template <class Other>
+        requires(std::is_const_v<Scalar> && std::is_same_v<Other, value_type>)
+    image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
 
     std::size_t height() const { return height_; }
@@ -5962,6 +5967,34 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/base/stable_sort.hpp
+// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
+
+namespace ldi {
+
+/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
+template <class T, class Before>
+void stable_sort(buffer<T>& values, Before before) {
+    constexpr std::size_t shortest = 16;
+    const std::size_t count = values.size();
+    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
+        for (std::size_t i = first + 1; i < std::min(first + shortest, count); ++i)
+            for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
+    buffer<T> merged;
+    for (std::size_t length = shortest; length < count; length *= 2) {
+        merged.clear();
+        merged.reserve(count);
+        for (std::size_t first = 0; first < count; first += 2 * length) {
+            const std::size_t middle = std::min(first + length, count), last = std::min(middle + length, count);
+            for (std::size_t a = first, b = middle; a < middle || b < last;)
+                merged.push_back(b == last || (a < middle && !before(values[b], values[a])) ? values[a++] : values[b++]);
+        }
+        values.swap(merged);
+    }
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/gemm_u8_avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
 // two of these sums to each of 8 sums of 32 bits.
@@ -6041,8 +6074,7 @@ struct paired_terms {
     explicit paired_terms(const buffer<gemm_term>& terms) {
         buffer<const gemm_term*> rest, singles;  // the lightest last
         for (const gemm_term& term : terms) rest.push_back(&term);
-        std::stable_sort(rest.begin(), rest.end(),
-                         [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
+        stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
             const std::size_t partner = find_partner(rest, i);
             if (partner == i) {
@@ -8596,7 +8628,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     buffer<tensor_block*> order, placed;
     for (tensor_block& block : blocks)
         if (block.bytes > 0) order.push_back(&block);
-    std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
+    stable_sort(order, [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
     std::size_t highest = 0;
     for (tensor_block* block : order) {
         block->offset = 0;
@@ -8657,8 +8689,6 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 // ---- ldi/nn/dense/quantized_network.hpp
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
 // "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
-
-#include <memory>
 
 namespace ldi {
 
@@ -8833,10 +8863,10 @@ private:
     image<std::uint8_t> run_steps(const image<std::uint8_t>& input, Executor& threads, const detail::schedule_plan& planned,
                                   std::span<std::byte> memory, AfterStep&& after_step) const {
         const std::size_t strips = std::max<std::size_t>(threads.concurrency(), 1);
-        std::unique_ptr<std::byte[]> own;
+        buffer<std::byte> own;
         if (memory.empty()) {
-            own.reset(new std::byte[bytes_of(planned, strips)]);  // not make_unique, which would fill it
-            memory = {own.get(), bytes_of(planned, strips)};
+            own.resize(bytes_of(planned, strips), unset);
+            memory = own;
         }
         LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;
@@ -9694,13 +9724,13 @@ private:
     struct feature_map {
         std::size_t channels = 0, count = 0;
         Value zero = {};
-        std::unique_ptr<Value[]> values;
+        buffer<Value> values;
 
         feature_map() = default;
         feature_map(std::size_t rows, std::size_t channel_count, Value stands_for_zero)
-            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(new Value[count]) {}
-        std::span<Value> span() { return {values.get(), count}; }
-        std::span<const Value> span() const { return {values.get(), count}; }
+            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(count, unset) {}
+        std::span<Value> span() { return values; }
+        std::span<const Value> span() const { return values; }
     };
 
     std::size_t depth() const { return architecture_.channels.size(); }
@@ -9759,7 +9789,7 @@ buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weig
     buffer<feature_map<value_type>> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
         encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), layers.input);
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.data(), layers.input);
         input = {};
     }
     const auto read = [&](std::size_t level) {
@@ -13165,7 +13195,7 @@ public:
             loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
         }
 
-        std::stable_sort(loops.begin(), loops.end(), [](const loop& a, const loop& b) { return a.chart < b.chart; });
+        stable_sort(loops, [](const loop& a, const loop& b) { return a.chart < b.chart; });
         result_.first_loop.assign(chart_count + 1, 0);
         result_.steps.reserve(steps.size());
         for (const loop& l : loops) {
@@ -13770,8 +13800,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   std::to_string(options.disparity_tolerance) + ", " + std::to_string(options.texture_tolerance));
     detail::stud_sampler sampled(g, disparity, charts, outlines, options, range);
-    std::stable_sort(sampled.singles.begin(), sampled.singles.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    stable_sort(sampled.singles, [](const auto& a, const auto& b) { return a.first < b.first; });
     stud_set result;
     result.first_vertex.push_back(0), result.first_stud.push_back(0);
     const auto end_stud = [&] {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -53,11 +54,13 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     struct task {
         std::remove_reference_t<Body>* body;
         std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        const memory& from = current_memory();  // for all threads that work on this
         std::mutex mutex{};
         std::exception_ptr failure{};
 
         std::size_t start(std::size_t i) const { return i * piece + std::min<std::size_t>(i, longer_pieces); }
         void run(std::size_t i) {
+            const memory_scope scope(from);
 #if LDI_HAS_EXCEPTIONS
             {
                 const std::lock_guard lock(mutex);

@@ -148,10 +148,12 @@ public:
     void resize(std::size_t count) {
         change_size(count, [](void* place) { ::new (place) T(); });
     }
-    /// New values are not set.
+    /// New values of trivial types are not set.
     void resize(std::size_t count, unset_t) {
-        static_assert(std::is_trivially_default_constructible_v<T>);
-        change_size(count, [](void*) {});
+        if constexpr (std::is_trivially_default_constructible_v<T>)
+            change_size(count, [](void*) {});
+        else
+            resize(count);
     }
     void resize(std::size_t count, const T& value) {
         change_size(count, [copy = value](void* place) { ::new (place) T(copy); });

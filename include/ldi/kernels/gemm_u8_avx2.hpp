@@ -8,6 +8,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/stable_sort.hpp>
 #include <ldi/kernels/detail/gemm_u8_weights.hpp>
 #include <ldi/kernels/detail/lanes_avx2.hpp>
 #include <ldi/kernels/detail/unsaturated_pairs.hpp>
@@ -89,8 +90,7 @@ struct paired_terms {
     explicit paired_terms(const buffer<gemm_term>& terms) {
         buffer<const gemm_term*> rest, singles;  // the lightest last
         for (const gemm_term& term : terms) rest.push_back(&term);
-        std::stable_sort(rest.begin(), rest.end(),
-                         [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
+        stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
         for (std::size_t i = 0; i < rest.size(); ++i) {
             const std::size_t partner = find_partner(rest, i);
             if (partner == i) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/stable_sort.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
 #include <ldi/charts/charts.hpp>
@@ -135,7 +136,7 @@ public:
             loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
         }
 
-        std::stable_sort(loops.begin(), loops.end(), [](const loop& a, const loop& b) { return a.chart < b.chart; });
+        stable_sort(loops, [](const loop& a, const loop& b) { return a.chart < b.chart; });
         result_.first_loop.assign(chart_count + 1, 0);
         result_.steps.reserve(steps.size());
         for (const loop& l : loops) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/stable_sort.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
@@ -259,8 +260,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   std::to_string(options.disparity_tolerance) + ", " + std::to_string(options.texture_tolerance));
     detail::stud_sampler sampled(g, disparity, charts, outlines, options, range);
-    std::stable_sort(sampled.singles.begin(), sampled.singles.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    stable_sort(sampled.singles, [](const auto& a, const auto& b) { return a.first < b.first; });
     stud_set result;
     result.first_vertex.push_back(0), result.first_stud.push_back(0);
     const auto end_stud = [&] {

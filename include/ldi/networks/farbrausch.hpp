@@ -20,7 +20,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -77,13 +76,13 @@ private:
     struct feature_map {
         std::size_t channels = 0, count = 0;
         Value zero = {};
-        std::unique_ptr<Value[]> values;
+        buffer<Value> values;
 
         feature_map() = default;
         feature_map(std::size_t rows, std::size_t channel_count, Value stands_for_zero)
-            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(new Value[count]) {}
-        std::span<Value> span() { return {values.get(), count}; }
-        std::span<const Value> span() const { return {values.get(), count}; }
+            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(count, unset) {}
+        std::span<Value> span() { return values; }
+        std::span<const Value> span() const { return values; }
     };
 
     std::size_t depth() const { return architecture_.channels.size(); }
@@ -142,7 +141,7 @@ buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weig
     buffer<feature_map<value_type>> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
         encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.get(), layers.input);
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.data(), layers.input);
         input = {};
     }
     const auto read = [&](std::size_t level) {

@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -191,10 +190,10 @@ private:
     image<std::uint8_t> run_steps(const image<std::uint8_t>& input, Executor& threads, const detail::schedule_plan& planned,
                                   std::span<std::byte> memory, AfterStep&& after_step) const {
         const std::size_t strips = std::max<std::size_t>(threads.concurrency(), 1);
-        std::unique_ptr<std::byte[]> own;
+        buffer<std::byte> own;
         if (memory.empty()) {
-            own.reset(new std::byte[bytes_of(planned, strips)]);  // not make_unique, which would fill it
-            memory = {own.get(), bytes_of(planned, strips)};
+            own.resize(bytes_of(planned, strips), unset);
+            memory = own;
         }
         LDI_ASSERT(memory.size() >= bytes_of(planned, strips));
         const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(memory.data()) % buffer_alignment;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/stable_sort.hpp>
 #include <ldi/nn/dense/detail/packed_layer.hpp>
 #include <ldi/nn/dense/detail/row_chain.hpp>
 
@@ -181,7 +182,7 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
     buffer<tensor_block*> order, placed;
     for (tensor_block& block : blocks)
         if (block.bytes > 0) order.push_back(&block);
-    std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
+    stable_sort(order, [](const auto* a, const auto* b) { return a->bytes > b->bytes; });
     std::size_t highest = 0;
     for (tensor_block* block : order) {
         block->offset = 0;

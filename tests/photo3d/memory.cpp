@@ -1,0 +1,137 @@
+// Whose memory the whole way works in, and what happens when there is no more. This program's operator new counts.
+#include "tests/support/lifted_scene.hpp"
+
+#include <ldi/ldi.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <mutex>
+#include <new>
+#include <random>
+#include <utility>
+
+namespace {
+
+/// Calls of operator new anywhere in this program while it is not negative.
+std::atomic<long> calls_of_new{-1};
+
+struct counting {
+    counting() { calls_of_new = 0; }
+    ~counting() { calls_of_new = -1; }
+    long calls() const { return calls_of_new; }
+};
+
+/// Memory that counts, says no at the `last`-th call, and may be called from any thread.
+struct budget {
+    std::mutex mutex;
+    std::size_t blocks = 0, calls = 0, last = static_cast<std::size_t>(-1);
+    ldi::memory source{this, &allocate, &release};
+
+    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
+        budget& self = *static_cast<budget*>(context);
+        {
+            const std::lock_guard lock(self.mutex);
+            if (self.calls++ >= self.last) return nullptr;
+            ++self.blocks;
+        }
+        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    }
+    static void release(void* context, void* block, std::size_t) {
+        budget& self = *static_cast<budget*>(context);
+        std::free(block);
+        const std::lock_guard lock(self.mutex);
+        --self.blocks;
+    }
+};
+
+ldi::image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
+    std::mt19937 random(8);
+    ldi::image<std::uint8_t> photo(rows, columns, 3);
+    for (std::uint8_t& value : photo) value = static_cast<std::uint8_t>(random());
+    return photo;
+}
+
+/// Says that a given map is what a network finds, after it has run one.
+struct network_and_map {
+    const ldi::tiefenrausch& network;
+    const ldi::image<float>& map;
+
+    template <ldi::executor Executor>
+    ldi::image<float> disparity(ldi::image_view<const std::uint8_t> photo, Executor& threads, const ldi::observer& watcher) const {
+        network.disparity(photo, threads, watcher);
+        return map;
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
+const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tests";
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+    if (calls_of_new >= 0) ++calls_of_new;
+    if (void* block = std::malloc(bytes > 0 ? bytes : 1)) return block;
+    throw std::bad_alloc();
+}
+void operator delete(void* block) noexcept { std::free(block); }
+void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+
+TEST_CASE("every stage, with both networks, allocates from the caller's memory and from nowhere else") {
+    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
+    const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
+    std::mt19937 random(9);
+    const ldi::image<float> map = ldi::test::random_disparity(random, 48, 64);
+    const ldi::image<std::uint8_t> photo = noisy_photo(48, 64);
+    ldi::thread_pool threads(3);
+    budget own;
+    {
+        const ldi::memory_scope scope(own.source);
+        ldi::photo3d serial, parallel;
+        {
+            const counting elsewhere;
+            serial = ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter);
+            CHECK(elsewhere.calls() == 0);
+            parallel = ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter, {}, threads);
+            CHECK(elsewhere.calls() == 0);
+        }
+        CHECK(own.blocks > 0);
+        CHECK(serial.layers.size() > photo.height() * photo.width());
+        CHECK(serial.mesh.positions == parallel.mesh.positions);
+    }
+    CHECK(own.blocks == 0);
+}
+
+TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all that was taken is given back") {
+    const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
+    const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
+    std::mt19937 random(9);
+    const ldi::image<float> map = ldi::test::random_disparity(random, 24, 32);
+    const ldi::image<std::uint8_t> photo = noisy_photo(24, 32);
+    ldi::thread_pool pool(2);
+    const auto runs_out = [&](std::size_t last, auto&& threads) {
+        budget own;
+        own.last = last;
+        bool thrown = false;
+        try {
+            const ldi::memory_scope scope(own.source);
+            ldi::make_photo3d(photo, network_and_map{depth, map}, inpainter, {}, threads);
+        } catch (const std::bad_alloc&) {
+            thrown = true;
+        }
+        REQUIRE(own.blocks == 0);
+        return std::pair{thrown, own.calls};
+    };
+    const auto [thrown, calls] = runs_out(static_cast<std::size_t>(-1), ldi::serial_executor());
+    REQUIRE_FALSE(thrown);
+    REQUIRE(calls > 500);
+    for (std::size_t last = 0; last < calls; last += last < 400 ? 1 : 7) {
+        CAPTURE(last);
+        REQUIRE(runs_out(last, ldi::serial_executor()).first);
+        if (last % 7 == 0) runs_out(last, pool);
+    }
+}
