@@ -57,7 +57,7 @@ BENCHMARK(components_of_shuffled_image)->Unit(benchmark::kMillisecond);
 void coarsen_photo(benchmark::State& state) {
     const std::optional<ldi::graph> g = ldi::benchmarks::photo_graph();
     if (!g) return state.SkipWithError("no ../shared/rgbd");
-    for (auto _ : state) benchmark::DoNotOptimize(ldi::coarsen(*g).parent.data());
+    for (auto _ : state) benchmark::DoNotOptimize(ldi::coarsen(*g, ldi::orphan_rule::adopt_nearest).parent.data());
 }
 BENCHMARK(coarsen_photo)->Unit(benchmark::kMillisecond);
 

@@ -7,8 +7,8 @@
 //   ldi_bench_networks_farbrausch LONG_SIDE...    the photo at these sizes, a line each, for a plot
 #include <bench/support/converted_photo.hpp>
 #include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -86,7 +86,7 @@ measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& lay
             clock::time_point last;
             ldi::buffer<double> steps;
         } t{clock::now(), {}};
-        ldi::observer watcher;
+        ldi::progress_listener watcher;
         watcher.user = &t;
         watcher.on_progress = [](void* user, std::string_view, float) {
             timer& self = *static_cast<timer*>(user);
@@ -97,7 +97,7 @@ measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& lay
         bytes_peak = bytes_now;
         const std::size_t before = bytes_now;
         const clock::time_point start = clock::now();
-        network.inpaint(copy, serial, watcher);
+        network.inpaint(copy, watcher, serial);
         result.whole.push_back(milliseconds(clock::now() - start));
         result.steps.push_back(t.steps);
         result.peak_bytes = bytes_peak - before;
@@ -152,7 +152,7 @@ void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers
 double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausch& exact, const ldi::photo_layers& layers) {
     ldi::serial_executor serial;
     const ldi::buffer<std::uint8_t> unknown = unknown_of(layers);
-    const ldi::buffer<float> a = network.colors(layers, unknown, serial), b = exact.colors(layers, unknown, serial);
+    const ldi::buffer<float> a = network.colors(layers, unknown, {}, serial), b = exact.colors(layers, unknown, {}, serial);
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
         sum += std::pow(double{std::clamp(a[i], 0.0F, 1.0F)} - double{std::clamp(b[i], 0.0F, 1.0F)}, 2.0);

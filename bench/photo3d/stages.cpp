@@ -60,7 +60,8 @@ auto untimed(benchmark::State& state, Prepare prepare) {
 
 const auto registered = [] {
     if (const auto network = ldi_bench::published_network())
-        measure("depth estimation", 230, [network](benchmark::State&) { return network->disparity(photo().photo, one_thread); });
+        measure("depth estimation", 230,
+                [network](benchmark::State&) { return network->disparity(photo().photo, {}, one_thread); });
     measure("resampling to the photo", 0,
             [](benchmark::State&) { return ldi::resample_to_photo(photo().estimated, photo().photo, {}, options.resample); });
     measure("depth filter", 51, [](benchmark::State&) { return ldi::weighted_median(photo().resampled, {}, options.median); });
@@ -76,14 +77,13 @@ const auto registered = [] {
             ldi::mark_mixed_colors(lifted, options.mixed_colors);
             return lifted;
         });
-        const auto curves =
-            ldi::find_discontinuity_curves(layers, options.curves);
+        const auto curves = ldi::find_discontinuity_curves(layers, options.curves);
         ldi::close_spurious_discontinuities(layers, curves);
         return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
     });
     measure("color inpainting (diffusion)", 540, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
-        ldi::diffusion_inpainter().inpaint(layers, one_thread);
+        ldi::diffusion_inpainter().inpaint(layers, {}, one_thread);
         return layers;
     });
     measure("grain", 0, [](benchmark::State& state) {
@@ -91,14 +91,11 @@ const auto registered = [] {
         ldi::add_grain(layers, options.grain);
         return layers;
     });
-    measure("chart generation", 72, [](benchmark::State&) {
-        return ldi::make_charts(photo().layers, options.charts);
-    });
+    measure("chart generation", 72, [](benchmark::State&) { return ldi::make_charts(photo().layers, options.charts); });
     measure("chart padding", 151,
             [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
-    measure("meshing", 11, [](benchmark::State&) {
-        return ldi::build_mesh(photo().layers, photo().charts, photo().atlas, options.mesh);
-    });
+    measure("meshing", 11,
+            [](benchmark::State&) { return ldi::build_mesh(photo().layers, photo().charts, photo().atlas, options.mesh); });
     return true;
 }();
 

@@ -107,8 +107,8 @@ void print_depth(const std::vector<named_network>& networks, bool each, Executor
     for (const auto& [name, network] : networks) {
         std::vector<depth_quality> measured;
         for (const rgbd_pair& p : pairs) {
-            measured.push_back(
-                measure_depth(p.photo, network.disparity(p.photo, threads), network.quantization_step(), p.disparity, threads));
+            measured.push_back(measure_depth(p.photo, network.disparity(p.photo, {}, threads), network.quantization_step(),
+                                             p.disparity, threads));
             if (each) print_row(p.name, {measured.back()});
         }
         print_row(name, measured);

@@ -8,9 +8,9 @@
 #include <ldi/core/image.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/formats/depth_map.hpp>
+#include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
-#include <ldi/networks/tiefenrausch.hpp>
 #include <ldi/photo3d.hpp>
 
 #include <algorithm>
@@ -85,8 +85,7 @@ template <class Scalar>
 ldi::image<Scalar> sampled(const ldi::image<Scalar>& from, std::size_t rows, std::size_t columns) {
     ldi::image<Scalar> result(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
-        for (std::size_t x = 0; x < columns; ++x)
-            result(y, x, 0) = from(y * from.height() / rows, x * from.width() / columns, 0);
+        for (std::size_t x = 0; x < columns; ++x) result(y, x, 0) = from(y * from.height() / rows, x * from.width() / columns, 0);
     return result;
 }
 

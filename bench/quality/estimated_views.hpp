@@ -64,7 +64,7 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
         ldi::save_png(folder / ("estimated_" + s.name + "_" + name + ".png"), seen);
     };
     for (const auto& [name, network] : networks)
-        add(name, aligned_estimate(network.disparity(s.photo, threads), s.inverse_depth));
+        add(name, aligned_estimate(network.disparity(s.photo, {}, threads), s.inverse_depth));
     ldi::buffer<double> values(s.inverse_depth.begin(), s.inverse_depth.end());
     add("flat", ldi::image<float>(1, 1, 1, static_cast<float>(median(values))));
     add("true", s.inverse_depth);

@@ -14,11 +14,11 @@
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/weighted_median.hpp>
 #include <ldi/formats/picture.hpp>
+#include <ldi/networks/farbrausch.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
-#include <ldi/networks/farbrausch.hpp>
 #include <ldi/render/micro_polygons.hpp>
 #include <ldi/render/peel.hpp>
 
@@ -55,7 +55,7 @@ picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Exe
         ldi::make_grid(static_cast<std::int32_t>(r.color.width()), static_cast<std::int32_t>(r.color.height())));
     std::copy(r.color.begin(), r.color.end(), grid.column<ldi::color_column>().begin());
     std::copy(r.coverage.begin(), r.coverage.end(), grid.column<ldi::known_column>().begin());
-    inpainter.inpaint(grid, threads, ldi::observer());
+    inpainter.inpaint(grid, ldi::progress_listener(), threads);
     picture result = r.color;
     std::copy(grid.column<ldi::color_column>().begin(), grid.column<ldi::color_column>().end(), result.begin());
     return result;
@@ -85,8 +85,7 @@ ldi::photo_layer lift_cleaned(const subject& s, Executor& threads) {
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
-    ldi::close_spurious_discontinuities(lifted,
-                                        ldi::find_discontinuity_curves(lifted));
+    ldi::close_spurious_discontinuities(lifted, ldi::find_discontinuity_curves(lifted));
     return lifted;
 }
 
@@ -138,7 +137,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     };
     const auto in_layers = [&](const auto& inpainter, inpainted& to) {
         ldi::photo_layers filled = hidden;
-        inpainter.inpaint(filled, threads, ldi::observer());
+        inpainter.inpaint(filled, ldi::progress_listener(), threads);
         double sum = 0, count = 0;
         for (std::size_t i = 0; i < filled.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {

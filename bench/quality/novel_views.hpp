@@ -5,8 +5,8 @@
 #include "subjects.hpp"
 
 #include <ldi/formats/picture.hpp>
-#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/networks/farbrausch.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/rasterizer.hpp>
 
@@ -74,7 +74,7 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
     const ldi::rendering none = render(network, 0), diffused = render(ldi::diffusion_inpainter(), needed),
                          expanded = render(network, needed), at_50 = render(ldi::diffusion_inpainter(), 50);
     const std::array<picture, method_count> results{none.color, diffused.color, expanded.color,
-                                                    network.inpaint(none.color, none.coverage, threads)};
+                                                    network.inpaint(none.color, none.coverage, {}, threads)};
 
     novel_view result;
     result.name = s.name;

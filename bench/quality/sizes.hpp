@@ -30,8 +30,8 @@ namespace ldi_quality {
 /// The most memory that the process holds in each stage, where Linux tells and lets it be reset; else 0.
 class stage_memory {
 public:
-    ldi::observer watcher() {
-        ldi::observer o;
+    ldi::progress_listener listener() {
+        ldi::progress_listener o;
         o.user = this;
         o.on_progress = [](void* self, std::string_view stage, float fraction) {
             static_cast<stage_memory*>(self)->on_progress(std::string(stage), fraction);
@@ -79,17 +79,18 @@ inline std::vector<sized_photo> sized_photos() {
 }
 
 template <ldi::color_inpainter Inpainter>
-ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi::observer& watcher) {
+ldi::photo3d convert(const sized_photo& p, const Inpainter& inpainter, const ldi::progress_listener& progress) {
     const ldi::serial_executor one_thread;
     const ldi::image<std::uint8_t> photo = ldi::load_photo(p.photo).color;
     ldi::photo3d_options options;
+    options.progress = progress;
     if (p.depth.empty()) {
         const ldi::tiefenrausch network = ldi::load_tiefenrausch(std::filesystem::path(LDI_SHARED_DIR) / "tiefenrausch/model");
-        return ldi::make_photo3d(photo, network, inpainter, options, one_thread, watcher);
+        return ldi::make_photo3d(photo, network, inpainter, options, one_thread);
     }
     options.normalize.is_inverse_depth = false;
     const ldi::given_disparity depth{ldi::fill_invalid(ldi::load_depth_map(p.depth))};
-    return ldi::make_photo3d(photo, depth, inpainter, options, one_thread, watcher);
+    return ldi::make_photo3d(photo, depth, inpainter, options, one_thread);
 }
 
 /// The process must be fresh: memory is only measured while the system gets back what stages free.
@@ -103,7 +104,7 @@ void print_sizes(const Inpainter& inpainter) {
     // Time and memory are those of one photo that ends up at 1152 x 1536: the telephone's, else the sample.
     const sized_photo& measured = photos[std::min<std::size_t>(1, photos.size() - 1)];
     for (const sized_photo& p : photos) {
-        const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).watcher());
+        const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).listener());
         const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.color, 85);
         ldi::glb_options options;
         options.camera = made.layers.camera;
@@ -121,7 +122,7 @@ void print_sizes(const Inpainter& inpainter) {
     std::vector<std::string> order;
     for (int round = 0; round < 9; ++round) {
         ldi::examples::stage_clock clock(true);
-        convert(measured, inpainter, clock.watcher());
+        convert(measured, inpainter, clock.listener());
         clock.finish();
         for (const auto& [stage, milliseconds] : clock.stages()) {
             if (times.count(stage) == 0) order.push_back(stage);

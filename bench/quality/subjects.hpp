@@ -59,8 +59,7 @@ inline std::vector<subject> stereo_pairs() {
         options.invalid_zero = true;
         options.scale = 1.0F / 256;
         s.inverse_depth = ldi::fill_invalid(ldi::load_depth_map(path + "_disparity.png", options));
-        const std::int32_t w = static_cast<std::int32_t>(s.photo.width()),
-                           h = static_cast<std::int32_t>(s.photo.height());
+        const std::int32_t w = static_cast<std::int32_t>(s.photo.width()), h = static_cast<std::int32_t>(s.photo.height());
         const float near_pixels = *std::max_element(s.inverse_depth.begin(), s.inverse_depth.end());
         for (float& d : s.inverse_depth) d /= near_pixels;
         s.camera = {w, h, ldi::focal_length_from_35mm(26, w, h)};

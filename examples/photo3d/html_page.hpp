@@ -1,9 +1,9 @@
 // A 3D photo as one HTML file: the viewer (examples/viewer) with the GLB inside, and a small picture to show while that is read.
 #pragma once
 
-#include <ldi/core/camera.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/file.hpp>
 #include <ldi/formats/picture.hpp>

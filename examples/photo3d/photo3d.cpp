@@ -149,7 +149,8 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
 
 template <ldi::color_inpainter Inpainter>
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainter& inpainter, ldi::examples::stage_clock& clock) {
-    const ldi::photo3d_options options = options_for(a, photo);
+    ldi::photo3d_options options = options_for(a, photo);
+    options.progress = clock.listener();
     ldi::thread_pool threads(a.threads);
     if (!a.depth.empty()) {
         clock.begin("reading depth");
@@ -157,11 +158,11 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         map_options.white_is_near = !a.near_is_black;
         const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
         ldi::check_fits(estimator.map, photo.color, a.depth.string());
-        return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads, clock.watcher());
+        return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
     }
     clock.begin("reading depth network");
     const ldi::tiefenrausch estimator = ldi::load_depth_network(a.depth_model);
-    return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads, clock.watcher());
+    return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
 }
 
 ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {

@@ -24,8 +24,8 @@ public:
     /// quiet  print nothing while running
     explicit stage_clock(bool quiet) : quiet_(quiet) {}
 
-    observer watcher() {
-        observer o;
+    progress_listener listener() {
+        progress_listener o;
         o.user = this;
         o.on_progress = [](void* self, std::string_view stage, float fraction) {
             static_cast<stage_clock*>(self)->on_progress(stage, fraction);

@@ -229,8 +229,9 @@ inline std::vector<view> frame_views(const photo3d& result, const video_options&
     for (std::size_t i = 0; i < frames; ++i) {
         const float time = static_cast<float>(i) / static_cast<float>(std::max<std::size_t>(loops ? frames : frames - 1, 1));
         const view from =
-            is_named ? view_on_path(camera_paths().at(v.path), result.layers.camera, result.layers.range, time, options)
-                     : view_between(keys, result.layers.camera, keys.front().time + time * (keys.back().time - keys.front().time));
+            is_named
+                ? view_on_path(camera_paths().at(v.path), result.layers.camera, result.layers.range, time, options)
+                : view_between(keys, result.layers.camera, keys.front().time + time * (keys.back().time - keys.front().time));
         const float eyes = v.stereo == "none" ? 0.0F : eye_distance(result.layers.camera, result.layers.range);
         if (eyes > 0) views.push_back(beside(from, -0.5F * eyes));
         views.push_back(eyes > 0 ? beside(from, 0.5F * eyes) : from);
@@ -238,8 +239,8 @@ inline std::vector<view> frame_views(const photo3d& result, const video_options&
     // A path that leaves the photo's surroundings has no frame; then the border shows.
     const float frame = frame_within(views, result.layers.camera, result.layers.range);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
-    const float scale =
-        std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.layers.camera.width, result.layers.camera.height)));
+    const float scale = std::min(
+        1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.layers.camera.width, result.layers.camera.height)));
     const auto even = [&](std::int32_t length) {
         return std::max(2 * static_cast<std::int32_t>(std::lround(0.5F * scale * static_cast<float>(length))), 2);
     };
@@ -267,9 +268,7 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
     raster_options raster;
     raster.samples = 2;
     raster.z_near = 0.01F * result.layers.range.z_near;
-    const auto draw = [&](std::size_t i) {
-        return rasterize(result.mesh, result.atlas.color, views[i], raster, threads).color;
-    };
+    const auto draw = [&](std::size_t i) { return rasterize(result.mesh, result.atlas.color, views[i], raster, threads).color; };
     const auto frame = [&](std::size_t i) {
         if (views.size() == frames) return draw(i);
         return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));

@@ -4,8 +4,8 @@
 
 #include "shapes.hpp"
 
-#include <ldi/core/camera.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
 
@@ -61,7 +61,7 @@ struct surface {
 
 /// What a camera sees.
 struct picture {
-    image<std::uint8_t> color;  ///< H x W x 3, sRGB; pixels at silhouettes mix what they cover, as a lens does
+    image<std::uint8_t> color;   ///< H x W x 3, sRGB; pixels at silhouettes mix what they cover, as a lens does
     image<float> depth;          ///< H x W x 1, at pixel centers, not mixed; infinity where nothing is
     image<float> disparity;      ///< H x W x 1, of the same surface; minus infinity where nothing is
     image<std::int32_t> object;  ///< H x W x 1, of the same surface; -1 where nothing is
@@ -226,7 +226,7 @@ inline ray primary_ray(const view& from, double x, double y) {
 inline double tent(double uniform) { return uniform < 0.5 ? std::sqrt(2 * uniform) - 1 : 1 - std::sqrt(2 - 2 * uniform); }
 
 inline std::array<std::uint8_t, 3> mixed_color(const scene& s, const view& from, std::size_t x, std::size_t y,
-                                                const picture_options& options) {
+                                               const picture_options& options) {
     light_sample sample((static_cast<std::uint64_t>(y) << 32U) + x);
     vector3 sum;
     const double share = 1.0 / options.samples;
@@ -272,8 +272,7 @@ template <executor Executor>
 picture render(const scene& s, const view& from, const picture_options& options, Executor& threads) {
     LDI_ASSERT(options.samples > 0 && from.camera.width > 0 && from.camera.height > 0);
     const std::size_t h = static_cast<std::size_t>(from.camera.height), w = static_cast<std::size_t>(from.camera.width);
-    picture result{image<std::uint8_t>(h, w, 3), image<float>(h, w), image<float>(h, w),
-                   image<std::int32_t>(h, w)};
+    picture result{image<std::uint8_t>(h, w, 3), image<float>(h, w), image<float>(h, w), image<std::int32_t>(h, w)};
     parallel_for(threads, h, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y)
             for (std::size_t x = 0; x < w; ++x) {
@@ -281,8 +280,7 @@ picture render(const scene& s, const view& from, const picture_options& options,
                 const detail::hit hit = detail::first_hit(s, r, 0);
                 const bool nothing = hit.object < 0;
                 result.depth.row(y)[x] = static_cast<float>(hit.distance);
-                result.disparity.row(y)[x] =
-                    nothing ? -std::numeric_limits<float>::infinity() : disparity(s.range, hit.distance);
+                result.disparity.row(y)[x] = nothing ? -std::numeric_limits<float>::infinity() : disparity(s.range, hit.distance);
                 result.object.row(y)[x] = hit.object;
                 const std::array<std::uint8_t, 3> color = detail::mixed_color(s, from, x, y, options);
                 std::copy(color.begin(), color.end(), result.color.row(y) + 3 * x);

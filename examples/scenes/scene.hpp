@@ -21,8 +21,8 @@ inline scene t_junction(std::int32_t width = 192, std::int32_t height = 256) {
     s.camera = {width, height, focal_length_from_field_of_view(55, width, height)};
     s.range = {1, 4};
     const texture colors[] = {bricks(from_srgb(214, 152, 118), from_srgb(160, 88, 66), from_srgb(205, 196, 182), 0.2, 0.07),
-                               boards(from_srgb(120, 160, 200), from_srgb(52, 84, 120), 0.11),
-                               marbled(from_srgb(88, 128, 72), from_srgb(226, 220, 160), 0.5)};
+                              boards(from_srgb(120, 160, 200), from_srgb(52, 84, 120), 0.11),
+                              marbled(from_srgb(88, 128, 72), from_srgb(226, 220, 160), 0.5)};
     const double w = width, h = height;
     // In pixels of the photo; sides outside the photo are far outside.
     const struct {
@@ -48,7 +48,7 @@ inline scene rods(std::int32_t width = 192, std::int32_t height = 256) {
     s.add(make_rectangle(turned({0.4, 0, -3.2}, 0.5), 14, 12),
           bricks(from_srgb(214, 190, 168), from_srgb(170, 130, 110), from_srgb(235, 230, 222), 0.42, 0.15, 2));
     const vector3 colors[] = {from_srgb(204, 60, 50), from_srgb(50, 100, 170), from_srgb(240, 190, 60), from_srgb(70, 140, 90),
-                               from_srgb(60, 56, 60)};
+                              from_srgb(60, 56, 60)};
     for (int i = 0; i < 11; ++i) {
         const double x = -0.42 + 0.085 * i, z = -1.05 - 0.09 * ((i * 7) % 11);
         const double lean = 0.16 * ((i * 5) % 7 - 3) / 3.0;

@@ -17,7 +17,7 @@ struct known_column;
 
 struct serial_executor;
 class thread_pool;
-struct observer;
+struct progress_listener;
 
 struct pinhole_camera;
 struct depth_range;

@@ -7,6 +7,8 @@
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/progress.hpp>
 
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
@@ -16,6 +18,8 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/runs.hpp>
+#include <ldi/core/surface.hpp>
 #include <ldi/core/validate.hpp>
 #include <ldi/core/window.hpp>
 

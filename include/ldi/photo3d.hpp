@@ -3,10 +3,11 @@
 // you want only a part, or your own part in between.
 #pragma once
 
-#include <ldi/base/memory.hpp>
-#include <ldi/core/camera.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/progress.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/depth/middle_components.hpp>
@@ -14,13 +15,13 @@
 #include <ldi/depth/resample.hpp>
 #include <ldi/depth/weighted_median.hpp>
 #include <ldi/kernels/area_resize.hpp>
+#include <ldi/mesh/build_mesh.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/grain.hpp>
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
-#include <ldi/mesh/build_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <algorithm>
@@ -32,21 +33,22 @@
 
 namespace ldi {
 
-/// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// What tells how near things are. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
-concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const serial_executor& threads,
-                                   const observer& watcher) {
-    { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
+concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
+                                   const serial_executor& threads) {
+    { t.disparity(photo, progress, threads) } -> std::same_as<image<float>>;
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colors to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the color of every pixel whose
+/// What gives colors to the pixels that are not known. `inpaint(layers, progress, threads)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
-concept color_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
-    t.inpaint(layers, threads, watcher);
+concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
+                                   serial_executor& threads) {
+    t.inpaint(layers, progress, threads);
 };
 
 /// A disparity map that is there already, from a phone or a file.
@@ -54,7 +56,7 @@ struct given_disparity {
     image<float> map;  ///< h x w x 1, finite, larger is nearer
 
     template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t>, Executor&, const observer&) const {
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
         return map;
     }
     float quantization_step() const { return 1.0F; }
@@ -80,6 +82,10 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
+    /// Is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
+    /// ends with 1.
+    progress_listener progress;
 };
 
 /// A 3D photo, and what every stage made on the way.
@@ -97,32 +103,29 @@ struct photo3d {
 
 /// photo      H x W x 3, at least one pixel
 /// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
-/// watcher    is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected
-/// components",
-///            "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
-///            0 and ends with 1
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
-                     const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+                     const photo3d_options& options = {}, Executor&& threads = {}) {
+    const progress_listener& progress = options.progress;
     LDI_ASSERT(!photo.empty() && photo.channels() == 3);
     if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
               std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
     photo3d result;
-    watcher.report("depth estimation", 0.0F);
+    progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
         std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
-    normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
+    normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
     result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
-    watcher.report("depth estimation", 1.0F);
+    progress.report("depth estimation", 1.0F);
 
-    watcher.report("depth filter", 0.0F);
+    progress.report("depth filter", 0.0F);
     if (result.estimated.height() < result.photo.height()) {
         image<float> sharpened = result.estimated;
         for (int pass = 0; pass < options.passes_before_resampling; ++pass)
@@ -132,37 +135,37 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
         result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
     }
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
-    watcher.report("depth filter", 1.0F);
+    progress.report("depth filter", 1.0F);
 
-    watcher.report("connected components", 0.0F);
+    progress.report("connected components", 0.0F);
     merge_middle_components(result.disparity, options.surface, options.components);
-    watcher.report("connected components", 1.0F);
+    progress.report("connected components", 1.0F);
 
-    watcher.report("occluded geometry", 0.0F);
+    progress.report("occluded geometry", 0.0F);
     photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
     lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
     lifted.range = normalized.range;
     result.curves = find_discontinuity_curves(lifted, options.curves);
     close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
-    result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
+    result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
-    watcher.report("color inpainting", 0.0F);
-    inpainter.inpaint(result.layers, threads, watcher);
+    progress.report("color inpainting", 0.0F);
+    inpainter.inpaint(result.layers, progress, threads);
     add_grain(result.layers, options.grain);
-    watcher.report("color inpainting", 1.0F);
+    progress.report("color inpainting", 1.0F);
 
-    watcher.report("chart generation", 0.0F);
+    progress.report("chart generation", 0.0F);
     result.charts = make_charts(result.layers, options.charts);
-    watcher.report("chart generation", 1.0F);
+    progress.report("chart generation", 1.0F);
 
-    watcher.report("chart padding", 0.0F);
+    progress.report("chart padding", 0.0F);
     result.atlas = make_atlas(result.layers, result.charts, options.atlas, threads);
-    watcher.report("chart padding", 1.0F);
+    progress.report("chart padding", 1.0F);
 
-    watcher.report("meshing", 0.0F);
+    progress.report("meshing", 0.0F);
     result.mesh = build_mesh(result.layers, result.charts, result.atlas, options.mesh, threads);
-    watcher.report("meshing", 1.0F);
+    progress.report("meshing", 1.0F);
     return result;
 }
 

@@ -49,7 +49,7 @@ enum class error_code {
     mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
-    canceled,       ///< the caller's observer asked to stop
+    canceled,        ///< the caller's progress_listener asked to stop
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -131,8 +131,8 @@ inline error_handler set_error_handler(error_handler handler) {
 }  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes its
-// memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes
+// its memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
 
 #include <concepts>
 #include <cstddef>
@@ -212,9 +212,10 @@ private:
 struct unset_t {};
 inline constexpr unset_t unset{};
 
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and gives it back
-/// there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types as they are; a
-/// moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without exceptions the program ends.
+/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
+/// gives it back there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types
+/// as they are; a moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without
+/// exceptions the program ends.
 template <class T>
 class buffer {
 public:
@@ -327,7 +328,8 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at, count = static_cast<std::size_t>(last - first);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at,
+                          count = static_cast<std::size_t>(last - first);
         if (size_ + count > capacity_) reallocate(grown(size_ + count));
         if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
         for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
@@ -453,7 +455,7 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all of them cover the range
         const memory& from = current_memory();  // for all threads that work on this
         std::mutex mutex{};
         std::exception_ptr failure{};
@@ -578,8 +580,15 @@ private:
     bool stop_ = false;
 };
 
-/// How the caller follows and stops long work. Both functions may be null; both are called on the thread that called the stage.
-struct observer {
+}  // namespace ldi
+
+// ---- ldi/base/progress.hpp
+// How the caller follows long work, and stops it.
+
+namespace ldi {
+
+/// Both functions may be null; both are called on the thread that called the stage.
+struct progress_listener {
     void* user = nullptr;
     void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
     bool (*is_canceled)(void* user) = nullptr;
@@ -686,15 +695,13 @@ constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::d
 ///
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
-    std::int32_t width = 0, height = 0;               ///< of the lattice
+    std::int32_t width = 0, height = 0;          ///< of the lattice
     buffer<std::int32_t> x, y;                   ///< position, K each
     buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
 
-    buffer<std::int32_t>& neighbors(side s) {
-        return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s));
-    }
+    buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
     const buffer<std::int32_t>& neighbors(side s) const {
         switch (s) {
             case side::up: return up;
@@ -831,6 +838,39 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 
 }  // namespace ldi
 
+// ---- ldi/core/runs.hpp
+// Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
+// so walking it run by run is walking image rows.
+
+namespace ldi {
+
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+struct pixel_run {
+    std::int32_t first, last;
+
+    std::int32_t size() const { return last - first; }
+};
+
+/// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
+template <class Visit>
+void for_each_run(const graph& g, Visit&& visit) {
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t first = 0, last; first < count; first = last) {
+        last = first + 1;
+        while (last < count && g.right[last - 1] == last) ++last;
+        visit(pixel_run{first, last});
+    }
+}
+
+/// The runs of for_each_run().
+inline buffer<pixel_run> runs_of(const graph& g) {
+    buffer<pixel_run> runs;
+    for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
+    return runs;
+}
+
+}  // namespace ldi
+
 // ---- ldi/core/coarsening.hpp
 // Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
@@ -839,13 +879,13 @@ namespace ldi {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
-    graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
+    graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
     buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
     buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
-/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
-/// by a silhouette.
+/// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
+/// strip or a silhouette cuts it off.
 enum class orphan_rule {
     adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
                     ///< exploration in the order up, down, left, right finds
@@ -871,39 +911,20 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
-struct linked_run {
-    std::int32_t first, last;
-};
-
-/// Every pixel in one run. Most of a canonical graph is long ones.
-inline buffer<linked_run> runs_side_by_side(const graph& g) {
-    buffer<linked_run> runs;
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
-    for (std::int32_t first = 0, last; first < count; first = last) {
-        last = first + 1;
-        while (last < count && g.right[last - 1] == last) ++last;
-        runs.push_back({first, last});
-    }
-    return runs;
-}
-
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
-inline std::int32_t first_kept(const graph& g, const linked_run& run) {
-    return run.first + (g.x[run.first] & 1);
-}
+inline std::int32_t first_kept(const graph& g, const pixel_run& run) { return run.first + (g.x[run.first] & 1); }
 
 /// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
-inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const linked_run& run) { return (g.y[run.first] & 1) == 0; };
+inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const pixel_run& run) { return (g.y[run.first] & 1) == 0; };
     std::size_t count = 0;
-    for (const linked_run& run : runs)
+    for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
     result.topology.resize(count);
     result.parent.assign(g.size(), no_pixel);
     std::size_t n = 0;
-    for (const linked_run& run : runs) {
+    for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
         const std::size_t start = static_cast<std::size_t>(run.first);
         const std::int32_t y = g.y[start] / 2;
@@ -930,7 +951,7 @@ inline void link_kept_pixels(const graph& g, coarsened& result) {
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const linked_run& run, buffer<std::int32_t>& parent) {
+inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
@@ -938,8 +959,7 @@ inline void find_parents(const graph& g, const linked_run& run, buffer<std::int3
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
     if ((g.y[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
-        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
-            parent[i] = parent[i - 1];
+        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
@@ -993,13 +1013,13 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
 /// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
 /// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    const buffer<detail::linked_run> runs = detail::runs_side_by_side(g);
+    const buffer<pixel_run> runs = runs_of(g);
     detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result);
-    for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
+    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
 }
@@ -1092,43 +1112,36 @@ inline components connected_components(const graph& g) {
     components result;
     const std::size_t count = g.size();
 
-    // Runs: pixels with successive indices, each the left neighbor of the next. `label` holds the run of each pixel for now.
-    buffer<std::int32_t>& run_of = result.label;
+    const buffer<pixel_run> runs = runs_of(g);
+    buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
     run_of.resize(count);
-    buffer<std::size_t> run_starts;
-    detail::disjoint_sets runs;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i == 0 || g.left[i] != static_cast<std::int32_t>(i) - 1) {
-            run_starts.push_back(i);
-            runs.add();
-        }
-        run_of[i] = static_cast<std::int32_t>(runs.size()) - 1;
+    detail::disjoint_sets sets;
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+        sets.add();
+        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, static_cast<std::int32_t>(run));
     }
-    run_starts.push_back(count);
 
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t this_run = static_cast<std::int32_t>(run);
-        const std::int32_t left = g.left[run_starts[run]];
-        if (left != no_pixel) runs.merge(this_run, run_of[left]);
+        const std::int32_t left = g.left[runs[run].first];
+        if (left != no_pixel) sets.merge(this_run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
-        for (std::size_t i = run_starts[run]; i < run_starts[run + 1]; ++i) {
+        for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
-            const std::size_t run_above = static_cast<std::size_t>(run_of[above]);
-            runs.merge(this_run, static_cast<std::int32_t>(run_above));
-            merged_first = static_cast<std::int32_t>(run_starts[run_above]);
-            merged_last = static_cast<std::int32_t>(run_starts[run_above + 1]);
+            const std::int32_t run_above = run_of[above];
+            sets.merge(this_run, run_above);
+            merged_first = runs[run_above].first, merged_last = runs[run_above].last;
         }
     }
 
     buffer<std::int32_t> label_of_run;
-    result.size.assign(static_cast<std::size_t>(runs.number(label_of_run)), 0);
+    result.size.assign(static_cast<std::size_t>(sets.number(label_of_run)), 0);
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t label = label_of_run[run];
-        std::fill(result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run]),
-                  result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run + 1]), label);
-        result.size[label] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
+        std::fill(result.label.begin() + runs[run].first, result.label.begin() + runs[run].last, label);
+        result.size[label] += runs[run].size();
     }
     return result;
 }
@@ -1136,28 +1149,30 @@ inline components connected_components(const graph& g) {
 }  // namespace ldi
 
 // ---- ldi/core/diffusion.hpp
-// Isotropic diffusion of colors into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
-// inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the smoothest way through the
-// known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
+// Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
+// paddings; also the inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the
+// smoothest way through the known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell
+// borders on which.
 //
 // Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
 // until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colors.
+// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
 
 namespace ldi {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
-///     diffusion d;
+///     diffusion<3> d;
 ///     d.start();
 ///     const std::int32_t cell = d.add_cell(3, 7);
 ///     d.add_known_neighbor(cell, red_green_blue);
 ///     d.solve(4);
-///     d.color(cell)[0];
+///     d.value(cell)[0];
+template <std::size_t Channels>
 class diffusion {
 public:
-    /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
-    using color_type = std::array<float, 4>;
+    /// The channels, and one value more that is of use only in here: with three channels they fill a vector register.
+    using value_type = std::array<float, Channels + 1>;
 
     /// Forgets all cells.
     void start() {
@@ -1169,11 +1184,12 @@ public:
     /// one position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
-    /// Says that a neighbor of the cell has a known color: red, green, blue.
-    void add_known_neighbor(std::int32_t cell, const std::uint8_t* color) {
-        color_type& sum = levels_[0].known[cell];
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(color[c]);
-        sum[3] += 1.0F;
+    /// Says that a neighbor of the cell has known values, one for each channel.
+    template <class Scalar>
+    void add_known_neighbor(std::int32_t cell, const Scalar* values) {
+        value_type& sum = levels_[0].known[cell];
+        for (std::size_t c = 0; c < Channels; ++c) sum[c] += static_cast<float>(values[c]);
+        sum[Channels] += 1.0F;
     }
 
     /// Says which unknown cell lies to the left of the cell.
@@ -1184,7 +1200,7 @@ public:
     /// The number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all colors with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known color gets the
+    /// Finds all values with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known value gets the
     /// mean of all known ones.
     void solve(int rounds) {
         if (size() == 0) return;
@@ -1200,25 +1216,24 @@ public:
             if (l + 1 == depth) {
                 here.start_from_known();
             } else {
-                for (std::size_t i = 1; i < here.value.size(); ++i)
-                    here.value[i] = levels_[l + 1].value[here.parent[i]];
+                for (std::size_t i = 1; i < here.value.size(); ++i) here.value[i] = levels_[l + 1].value[here.parent[i]];
             }
             here.prepare();
             for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
         }
     }
 
-    /// The color of a cell, once solved.
-    const color_type& color(std::int32_t cell) const { return levels_[0].value[cell]; }
+    /// The values of a cell, once solved.
+    const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is black and stands for every neighbor that does not exist.
+    /// Cell 0 is zero and stands for every neighbor that does not exist.
     struct level {
-        buffer<color_type> value;
+        buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
-        buffer<color_type> known;
+        buffer<value_type> known;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -1245,32 +1260,31 @@ private:
 
         /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            if (links[a][from_a] == 0 && links[b][from_b] == 0)
-                link(a, b, from_a, from_b);
+            if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
 
         bool all_border_on_known() const {
             for (std::size_t i = 1; i < known.size(); ++i)
-                if (known[i][3] == 0.0F) return false;
+                if (known[i][Channels] == 0.0F) return false;
             return true;
         }
 
         void start_from_known() {
-            color_type all{};
-            for (const color_type& k : known)
-                for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
+            value_type all{};
+            for (const value_type& k : known)
+                for (std::size_t c = 0; c < Channels + 1; ++c) all[c] += k[c];
             for (std::size_t i = 1; i < value.size(); ++i) {
-                const color_type& from = known[i][3] > 0.0F ? known[i] : all;
-                for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
+                const value_type& from = known[i][Channels] > 0.0F ? known[i] : all;
+                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = from[Channels] > 0.0F ? from[c] / from[Channels] : 0.0F;
             }
         }
 
         void prepare() {
             for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbors = known[i][3];
+                float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
                 if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
-                known[i][3] = 1.0F / neighbors;
+                known[i][Channels] = 1.0F / neighbors;
             }
         }
 
@@ -1278,13 +1292,14 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                const color_type& up = value[links[i][upwards]];
-                const color_type& down = value[links[i][downwards]];
-                const color_type& left = value[links[i][to_left]];
-                const color_type& right = value[links[i][to_right]];
-                const color_type& k = known[i];
-                color_type mean;
-                for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
+                const value_type& up = value[links[i][upwards]];
+                const value_type& down = value[links[i][downwards]];
+                const value_type& left = value[links[i][to_left]];
+                const value_type& right = value[links[i][to_right]];
+                const value_type& k = known[i];
+                value_type mean;
+                for (std::size_t c = 0; c < Channels + 1; ++c)
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
                 value[i] = mean;
             }
         }
@@ -1300,8 +1315,8 @@ private:
             if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            color_type& known = coarse.known[parent];
-            for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
+            value_type& known = coarse.known[parent];
+            for (std::size_t c = 0; c < Channels + 1; ++c) known[c] += known_weight * fine.known[i][c];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];
@@ -1322,13 +1337,13 @@ private:
 }  // namespace ldi
 
 // ---- ldi/core/image.hpp
-// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes in
-// without a copy, and return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
+// in without a copy, and return an `image`, which owns its values.
 
 namespace ldi {
 
-/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot change
-/// them, and is what stages take.
+/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot
+/// change them, and is what stages take.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
@@ -1339,13 +1354,16 @@ public:
     image_view() = default;
     /// row_stride  values from a row to the next; 0 for rows without a gap
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
-        : data_(data), height_(height), width_(width), channels_(channels), row_stride_(row_stride == 0 ? width * channels : row_stride) {
+        : data_(data),
+          height_(height),
+          width_(width),
+          channels_(channels),
+          row_stride_(row_stride == 0 ? width * channels : row_stride) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
     /// What may be changed may be read.
     template <class Other>
-        requires(std::is_const_v<Scalar> && std::is_same_v<Other, value_type>)
-    image_view(const image_view<Other>& other)
+    requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
 
     std::size_t height() const { return height_; }
@@ -1363,7 +1381,8 @@ public:
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) const {
-        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ && static_cast<std::size_t>(c) < channels_);
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ &&
+                   static_cast<std::size_t>(c) < channels_);
         return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
     }
 
@@ -1402,7 +1421,8 @@ public:
           channels_(std::exchange(other.channels_, 0)) {}
     image& operator=(image&& other) noexcept {
         values_ = std::move(other.values_);
-        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0), channels_ = std::exchange(other.channels_, 0);
+        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0),
+        channels_ = std::exchange(other.channels_, 0);
         return *this;
     }
 
@@ -1621,11 +1641,18 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A layered image, with whatever columns, that has these among them.
-template <class Layers, class... Columns>
-concept has_columns = (std::remove_cvref_t<Layers>::template has<Columns> && ...);
+/// A layered image that has this column.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
 
-/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces behind.
+/// A layered image that has these columns, and maybe more.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
+
+/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces
+/// behind.
 template <payload_column... Columns>
 class single_layer : public layered_image<Columns...> {
 public:
@@ -1676,12 +1703,12 @@ namespace ldi {
 
 /// The invariants of a graph, in the order in which they are checked.
 enum class invariant {
-    equal_columns,       ///< all six columns have the same length
-    inside_lattice,      ///< 0 <= x < width and 0 <= y < height
+    equal_columns,      ///< all six columns have the same length
+    inside_lattice,     ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,  ///< a neighbor is no_pixel or the index of a pixel
-    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
-    canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
+    mutual_links,       ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,      ///< a neighbor lies one step to its side
+    canonical_order,    ///< pixels stand in canonical order; only checked by validate_canonical
 };
 
 constexpr std::string_view to_string(invariant i) {
@@ -2942,8 +2969,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
-        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i],
-                     sums.data());
+        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
@@ -2958,8 +2984,7 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
     image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
-        for (std::size_t y = first; y < last; ++y)
-            area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
+        for (std::size_t y = first; y < last; ++y) area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
     });
     return result;
 }
@@ -4356,11 +4381,11 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
-    buffer<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
     float_requantization fast;
@@ -4448,13 +4473,13 @@ struct depthwise_u8_weights {
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    buffer<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
-    buffer<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
-    buffer<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
-    requantization output;                       ///< as in gemm_u8_weights
-    float_requantization fast;                   ///< as in gemm_u8_weights
+    std::uint8_t padding = 0;     ///< the input's zero point: the value of what lies outside the image
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
+    requantization output;        ///< as in gemm_u8_weights
+    float_requantization fast;    ///< as in gemm_u8_weights
 };
 
 namespace detail {
@@ -7286,8 +7311,8 @@ struct convolution_plan {
     };
 
     std::int32_t kernel_size = 1, stride = 1;
-    std::size_t input_count = 0;          ///< pixels of the graph
-    std::size_t output_count = 0;         ///< pixels of the graph, or of the coarse graph
+    std::size_t input_count = 0;     ///< pixels of the graph
+    std::size_t output_count = 0;    ///< pixels of the graph, or of the coarse graph
     buffer<segment> segments;        ///< ascending
     buffer<std::int32_t> rows;       ///< segments x kernel_size
     buffer<std::int32_t> irregular;  ///< outputs, ascending
@@ -7890,8 +7915,8 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 }  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
-// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes from it
-// what it needs, and every tensor's type and shape are checked when it is taken.
+// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
+// from it what it needs, and every tensor's type and shape are checked when it is taken.
 
 #include <functional>
 #include <map>
@@ -7939,8 +7964,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 ///
 /// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
 template <class Scalar>
-const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
-                                         const buffer<std::size_t>& shape) {
+const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
     if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");
@@ -7979,7 +8003,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;             ///< each output channel sees its own input channel only
+    bool depthwise = false;        ///< each output channel sees its own input channel only
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
@@ -8038,8 +8062,7 @@ inline void check_scale(const std::string& name, float scale) {
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
-inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors,
-                                           std::size_t input) {
+inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
         raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
     return tensors[input];
@@ -8163,8 +8186,8 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;              ///< of the tensor it makes
-    std::size_t channels = 0;         ///< of the tensor it makes
+    quantization values;         ///< of the tensor it makes
+    std::size_t channels = 0;    ///< of the tensor it makes
     buffer<std::size_t> inputs;  ///< tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
@@ -8321,8 +8344,8 @@ class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
     /// tensors  address of each tensor that an addition of the chain reads
-    chain_runner(const buffer<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors,
-                 std::uint8_t* result, std::uint8_t* memory)
+    chain_runner(const buffer<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors, std::uint8_t* result,
+                 std::uint8_t* memory)
         : chain_(chain), input_(input), tensors_(tensors), result_(result), state_(chain.size()) {
         for (std::size_t s = 0; s < chain.size(); ++s) {
             state_[s].ring = memory;
@@ -8565,14 +8588,14 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;  ///< of each tensor that is stored
-    std::size_t tensor_bytes = 0;      ///< of all of them together
-    std::size_t strip_bytes = 0;       ///< working memory of one strip
-    std::size_t cut_bytes = 0;         ///< copied rows around one cut between strips
+    buffer<std::size_t> offsets;   ///< of each tensor that is stored
+    std::size_t tensor_bytes = 0;  ///< of all of them together
+    std::size_t strip_bytes = 0;   ///< working memory of one strip
+    std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
 
 inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const schedule_step& step,
-                                           const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels) {
+                                      const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels) {
     buffer<chain_stage> chain;
     std::size_t from = step.input, repeat = 1;
     for (std::size_t i = 0; i < step.layers.size(); ++i) {
@@ -8648,8 +8671,8 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
 
 /// sizes, channels  of all tensors
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
-                                   const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels,
-                                   std::size_t output, bool overwrite) {
+                                   const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
+                                   bool overwrite) {
     schedule_plan plan;
     buffer<std::size_t> last_reader(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i)
@@ -9096,8 +9119,8 @@ namespace ldi {
 struct farbrausch_architecture {
     buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                         ///< passes that carry colors on at the coarsest level
-    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
+    int growth = 4;                                    ///< passes that carry colors on at the coarsest level
+    float leak = 0.2F;                                 ///< of the decoder's activation, below 0
 };
 
 /// What a network computes with. Colors that were inpainted differ from those in float32 by less than can be seen:
@@ -9324,14 +9347,14 @@ namespace ldi::detail {
 /// A level of detail, and what the network does there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
-    pixel_subset read;                        ///< where the network reads values: its input, or what the encoder makes of it
-    pixel_subset decoded;                     ///< where the decoder gives a result
-    convolution_plan encode;                  ///< from `read` here to `read` of the next level
-    convolution_plan decode;                  ///< from `read` to `decoded`
+    pixel_subset read;                   ///< where the network reads values: its input, or what the encoder makes of it
+    pixel_subset decoded;                ///< where the decoder gives a result
+    convolution_plan encode;             ///< from `read` here to `read` of the next level
+    convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
@@ -9339,7 +9362,7 @@ struct farbrausch_level {
 /// kernels  sizes of the encoder's convolutions, one a level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
 inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
-                                                     std::span<const std::uint8_t> wanted) {
+                                                std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
@@ -9352,7 +9375,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<c
         const regular_pixels regular(g, 3, strips);
         level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g, orphan_rule::stay);
+        coarsened next = coarsen(g);
         level.average_coarse = plan_kept(g, 3, next, regular);
         if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
         level.above = std::move(next.parent);
@@ -9369,8 +9392,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<c
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
-            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
-                above_marks[level.above[pixel]] = 1;
+            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.
@@ -9513,13 +9535,9 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels, int growth,
-                  Executor& threads)
-        : colors_(colors),
-          known_(known),
-          levels_(levels),
-          growth_(growth),
-          threads_(threads) {
+    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels,
+                  int growth, Executor& threads)
+        : colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = static_cast<float>(v) / 255.0F;
     }
 
@@ -9556,8 +9574,7 @@ private:
     }
 
     /// What is known, and elsewhere the color above.
-    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above,
-                              const masked_colors& known) const {
+    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i)
@@ -9598,7 +9615,7 @@ private:
 
     template <class Else>
     static masked_color above_or(const masked_colors& coarse, const buffer<std::int32_t>& above, std::int32_t pixel,
-                                  Else&& otherwise) {
+                                 Else&& otherwise) {
         const std::int32_t from = above[pixel];
         if (from != no_pixel) {
             const masked_color color = coarse[from];
@@ -9693,25 +9710,25 @@ public:
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
-    /// watcher is told of progress as stage "color inpainting"
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    void inpaint(Layers& layers, Executor& threads, const observer& watcher = {}) const;
+    /// progress  is told of stage "color inpainting"
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known   H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
-    template <executor Executor>
-    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
-                                const observer& watcher = {}) const;
+    template <executor Executor = const serial_executor>
+    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
+                                const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
     /// blue, in [0, 1] as it learned them.
     ///
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
-                               const observer& watcher = {}) const;
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
+                         Executor&& threads = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
 
@@ -9739,7 +9756,7 @@ private:
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
     buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                   buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
@@ -9759,12 +9776,15 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
 }
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
-buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
-                                       const observer& watcher) const {
+buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
+                                 Executor&& threads) const {
     LDI_ASSERT(wanted.size() == layers.size());
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
-    watcher.report(stage_name, 0.1F);
-    detail::smooth_fills fills = detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels, architecture_.growth, threads).run();
+    progress.report(stage_name, 0.1F);
+    detail::smooth_fills fills =
+        detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels,
+                              architecture_.growth, threads)
+            .run();
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -9772,7 +9792,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
+    const auto report = [&] { progress.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
     const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
@@ -9782,8 +9802,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
 template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                           buffer<detail::farbrausch_level>& levels, Executor& threads,
-                                           Report&& report) const {
+                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_convolution_source<value_type>;
     buffer<feature_map<value_type>> encoded(depth() + 1);
@@ -9828,11 +9847,11 @@ buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weig
 }
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
-void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watcher) const {
+void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
-    const buffer<float> values = colors(layers, wanted, threads, watcher);
+    const buffer<float> values = colors(layers, wanted, progress, threads);
     buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -9841,15 +9860,16 @@ void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watc
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
-                                        const observer& watcher) const {
-    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() && color.width() == known.width());
+image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
+                                        const progress_listener& progress, Executor&& threads) const {
+    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() &&
+               color.width() == known.width());
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
         std::copy_n(known.row(y), color.width(), layers.column<known_column>().data() + y * color.width());
     }
-    inpaint(layers, threads, watcher);
+    inpaint(layers, progress, threads);
     image<std::uint8_t> result(color.height(), color.width(), 3, unset);
     std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
     return result;
@@ -9935,7 +9955,8 @@ public:
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
         if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
+                      std::to_string(photo.channels()));
         const tensor_size size = network_size({photo.height(), photo.width()});
         return area_resize(photo, size.height, size.width, threads);
     }
@@ -9960,9 +9981,7 @@ public:
     }
 
     /// As quantized_network::describe_steps().
-    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const {
-        return network_.describe_steps(rgb);
-    }
+    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const { return network_.describe_steps(rgb); }
 
     isa target() const { return network_.target(); }
 
@@ -9970,12 +9989,13 @@ public:
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// follow  is told of progress as stage "depth estimation"
+    /// progress  is told of stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
-    template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t> photo, Executor& threads, const observer& follow = {}) const {
-        const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
-        return disparity_of(levels(resize_for_network(photo, threads), threads, progress));
+    template <executor Executor = const serial_executor>
+    image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
+                           Executor&& threads = {}) const {
+        const auto report = [&](float fraction) { progress.report("depth estimation", fraction); };
+        return disparity_of(levels(resize_for_network(photo, threads), threads, report));
     }
 
     /// What the values of levels() stand for, same shape.
@@ -10050,13 +10070,9 @@ struct middle_component_options {
 
 namespace detail {
 
-// A maximal piece of a row whose neighboring pixels are connected: pixels [first, last) of row y.
-struct pixel_run {
-    std::int32_t y, first, last;
-};
-
-// Pixels of the photo that are connected, as runs and the component of each run.
+// Pixels of the photo that are connected, as runs and the component of each run. Pixel (x, y) has index y * columns + x.
 struct image_components {
+    std::int32_t columns = 0;
     buffer<pixel_run> runs;
     buffer<std::size_t> row_start;  // the first run of each row, and one past the last
     buffer<std::int32_t> label;     // the component of each run
@@ -10064,15 +10080,17 @@ struct image_components {
     std::int32_t at(std::int32_t x, std::int32_t y) const {
         const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
         const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
-        const auto after =
-            std::upper_bound(first, last, x, [](std::int32_t value, const pixel_run& r) { return value < r.first; });
+        const auto after = std::upper_bound(first, last, y * columns + x,
+                                            [](std::int32_t value, const pixel_run& r) { return value < r.first; });
         return label[after - runs.begin() - 1];
     }
 };
 
 inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
+                       columns = static_cast<std::int32_t>(disparity.width());
     image_components found;
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
+    found.columns = columns;
     disjoint_sets sets;
     std::size_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
@@ -10081,7 +10099,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
             if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
-                found.runs.push_back({y, start, x + 1});
+                found.runs.push_back({y * columns + start, y * columns + x + 1});
                 sets.add();
                 start = x + 1;
             }
@@ -10089,13 +10107,15 @@ inline image_components find_components(image_view<const float> disparity, surfa
         for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
-            for (std::int32_t x = std::max(a.first, b.first); x < std::min(a.last, b.last); ++x)
+            const std::int32_t row = y * columns, row_above = row - columns;
+            for (std::int32_t x = std::max(a.first - row_above, b.first - row); x < std::min(a.last - row_above, b.last - row);
+                 ++x)
                 if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
                 }
-            if (a.last <= b.last) ++above;
-            if (b.last <= a.last) ++run;
+            const bool above_ends = a.last + columns <= b.last, here_ends = b.last <= a.last + columns;
+            above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
         }
         above_first = first, above_last = found.runs.size();
     }
@@ -10107,11 +10127,12 @@ inline image_components find_components(image_view<const float> disparity, surfa
 // The pixels of one small component.
 struct small_component {
     buffer<pixel_run> runs;
+    std::int32_t columns = 0;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
         for (const pixel_run& r : runs)
-            for (std::int32_t x = r.first; x < r.last; ++x) visit(x, r.y);
+            for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
     }
 };
 
@@ -10125,13 +10146,14 @@ struct small_component {
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
+                       columns = static_cast<std::int32_t>(disparity.width());
 
     buffer<std::int32_t> size, small_index;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (label >= size.size()) size.resize(label + 1, 0);
-        size[label] += components.runs[r].last - components.runs[r].first;
+        size[label] += components.runs[r].size();
     }
     buffer<detail::small_component> small;
     small_index.assign(size.size(), -1);
@@ -10140,7 +10162,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         if (size[label] >= options.smallest_size) continue;
         if (small_index[label] < 0) {
             small_index[label] = static_cast<std::int32_t>(small.size());
-            small.emplace_back();
+            small.emplace_back().columns = columns;
         }
         small[small_index[label]].runs.push_back(components.runs[r]);
     }
@@ -10153,7 +10175,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     std::size_t merged = 0;
     buffer<assignment> pending, next;
     for (const detail::small_component& component : small) {
-        const std::int32_t label = components.at(component.runs.front().first, component.runs.front().y);
+        const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
         // Every pixel side on the component's boundary, with the pixel across it.
         const auto for_each_contact = [&](auto&& visit) {
             component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
@@ -10356,7 +10378,8 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()) + " and " +
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
+                  std::to_string(photo.channels()));
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
@@ -10428,7 +10451,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
                             const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
                             const float fx = at_x - floor_x, fy = at_y - floor_y;
                             result.row(y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-                                                fy * ((1.0F - fx) * below[left] + fx * below[right]);
+                                               fy * ((1.0F - fx) * below[left] + fx * below[right]);
                             continue;
                         }
                         around.weigh(at_x, at_y, photo.row(y) + 3 * x, spatial_falloff, color_falloff, weight);
@@ -10653,11 +10676,11 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel none of
-/// whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
+/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
+/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {}, const weighted_median_options& options = {},
-                             Executor&& threads = {}) {
+image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
+                             const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
@@ -10718,15 +10741,15 @@ namespace ldi::detail {
 /// g               in canonical order
 /// known           one a pixel, 0 where it is not known
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): three bytes of a known pixel that lies on this side of an unknown one
+/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
 /// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion::color_type): is called last, for every pixel that is not known
+/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
-template <class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value,
-                     BeforeSolving&& before_solving, Store&& store) {
-    diffusion solver;
+template <std::size_t Channels, class Value, class BeforeSolving, class Store>
+void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value, BeforeSolving&& before_solving,
+                     Store&& store) {
+    diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -10746,7 +10769,7 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     before_solving();
     solver.solve(rounds);
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.color(cell_of[i]));
+        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.value(cell_of[i]));
 }
 
 }  // namespace ldi::detail
@@ -10764,13 +10787,13 @@ struct diffusion_inpainter {
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
     ///         gets the mean of the known colors next to unknown ones elsewhere.
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    void inpaint(Layers& layers, Executor&, const observer& watcher = {}) const {
-        detail::diffuse_unknown(
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        detail::diffuse_unknown<3>(
             layers.topology, layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
-            [&] { watcher.report("color inpainting", 0.3F); },
-            [&](std::int32_t pixel, const diffusion::color_type& color) {
+            [&] { progress.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
                     layers.template at<color_column>(pixel)[c] =
                         static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
@@ -10945,8 +10968,8 @@ private:
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> buffer<discontinuity_curve> find_discontinuity_curves(
+    const single_layer<Columns...>& layer, const curve_options& options = {}) {
     const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const detail::curves::tracer tracer(layer.topology, disparity);
@@ -10956,8 +10979,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner))
-            farthest = std::min(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = std::min(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
@@ -11295,14 +11317,13 @@ private:
 /// curves  of the same layer
 ///
 /// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
-/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says itself
-/// what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity, first_new)`, if given, sees the
-/// unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says
+/// itself what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
+/// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
-                                 const expand_options& options = {}, const observer& watcher = {},
-                                 AfterIteration&& after_iteration = nullptr) {
+requires has_columns<layered_image<Columns...>, disparity_column> layered_image<Columns...> expand(
+    single_layer<Columns...> layer, std::span<const discontinuity_curve> curves, const expand_options& options = {},
+    const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
     detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
@@ -11310,7 +11331,7 @@ layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const
         expansion.run_iteration(i);
         if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
             expansion.pixels().show(after_iteration);
-        watcher.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
+        progress.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
     }
     return expansion.pixels().merge_into(layer);
 }
@@ -11419,16 +11440,16 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
     const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
-    std::array<std::uint8_t, 3> root;  // of the noise around, relative to the limit; diffusion takes three values, all the same
-    detail::diffuse_unknown(
+    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    detail::diffuse_unknown<1>(
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root.fill(static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F)))));
-            return root.data();
+            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F))));
+            return &root;
         },
         [] {},
-        [&](std::int32_t pixel, const diffusion::color_type& diffused) {
+        [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
             const float part = diffused[0] / 255.0F;
             const std::size_t i = static_cast<std::size_t>(pixel);
             const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
@@ -11448,9 +11469,9 @@ namespace ldi {
 /// color     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and distances go from
-/// 1 to 10, until the caller says better. Raises error_code::mismatch
-/// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
+/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
+/// distances go from 1 to 10, until the caller says better. Raises error_code::mismatch if the images differ in size or have no
+/// pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
                  Executor&& threads = {}) {
@@ -11459,7 +11480,8 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
-                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()));
+                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
+                  std::to_string(disparity.channels()));
     if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
@@ -11535,13 +11557,13 @@ template <payload_column... Columns>
 void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
     buffer<std::uint8_t>& known = layers.template column<known_column>();
     const graph& g = layers.topology;
+    enum class mark : std::uint8_t { none, visited, refillable };
+    buffer<mark> marks(known.size());
     // rings[d]: the known pixels d steps away from the edge
     buffer<buffer<std::int32_t>> rings(1);
-    constexpr std::uint8_t visited = 2;
     const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
-        std::uint8_t& state = known[pixel];
-        if (state != 1) return;
-        state = visited;
+        if (known[pixel] == 0 || marks[pixel] != mark::none) return;
+        marks[pixel] = mark::visited;
         ring.push_back(pixel);
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
@@ -11553,23 +11575,21 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
         rings.push_back(std::move(next));
     }
     // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
-    constexpr std::uint8_t refillable = 3;
-    for (std::int32_t pixel : rings.back()) known[pixel] = refillable;
+    for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
         for (std::int32_t outer : rings[d + 1]) {
-            if (known[outer] != refillable) continue;
+            if (marks[outer] != mark::refillable) continue;
             for (side s : all_sides) {
                 const std::int32_t neighbor = g.neighbor(outer, s);
-                if (neighbor != no_pixel && known[neighbor] == visited) accepted.push_back(neighbor);
+                if (neighbor != no_pixel && marks[neighbor] == mark::visited) accepted.push_back(neighbor);
             }
         }
-        for (std::int32_t pixel : accepted) known[pixel] = refillable;
+        for (std::int32_t pixel : accepted) marks[pixel] = mark::refillable;
         rings[d].swap(accepted);
     }
     for (std::size_t d = 0; d + 1 < rings.size(); ++d)
         for (std::int32_t pixel : rings[d]) known[pixel] = 0;
-    for (std::uint8_t& state : known) state = state != 0 ? 1 : 0;
 }
 
 }  // namespace detail
@@ -11578,7 +11598,7 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column, known_column>
+requires has_columns<layered_image<Columns...>, disparity_column, known_column>
 void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
@@ -11591,8 +11611,7 @@ void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_optio
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
         if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
-        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height)
-            add(i, i + g.width);
+        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width);
     }
     detail::mark_margin(layers, foreground, options.foreground_margin);
     detail::mark_margin(layers, background, options.background_margin);
@@ -11652,7 +11671,7 @@ namespace ldi {
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    buffer<std::int32_t> pixels;    ///< its pixels' indices in the layered image, ascending
+    buffer<std::int32_t> pixels;         ///< its pixels' indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
@@ -11873,8 +11892,8 @@ private:
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
         const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
-        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps,
-                              const buffer<std::int32_t>& second, std::int32_t second_steps) {
+        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps, const buffer<std::int32_t>& second,
+                              std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
                 const std::int32_t next = (step < first_steps ? first : second)[at];
@@ -11914,8 +11933,8 @@ private:
 
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-chart_set make_charts(const layered_image<Columns...>& layers, const chart_options& options = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> chart_set make_charts(const layered_image<Columns...>& layers,
+                                                                                        const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
@@ -12209,10 +12228,9 @@ private:
         }
         diffusion_.solve(rounds);
         for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion::color_type& value = diffusion_.color(static_cast<std::int32_t>(i) + 1);
+            const diffusion<3>::value_type& value = diffusion_.value(static_cast<std::int32_t>(i) + 1);
             for (std::size_t channel = 0; channel < 3; ++channel)
-                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
-                    static_cast<std::uint8_t>(value[channel] + 0.5F);
+                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
         }
     }
 
@@ -12257,7 +12275,7 @@ private:
     texel_kind* kind_;
     std::ptrdiff_t stride_;
     buffer<border_texel> border_, next_border_;
-    diffusion diffusion_;
+    diffusion<3> diffusion_;
     buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
@@ -12277,10 +12295,10 @@ struct atlas_options {
 };
 
 struct texture_atlas {
-    image<std::uint8_t> color;               ///< H x W x 3, sides multiples of 16; gray where no chart is
-    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its color from
+    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
+    image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
     buffer<chart_placement> placements;  ///< one a chart
-    float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
@@ -12308,9 +12326,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <payload_column... Columns, executor Executor = const serial_executor>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-texture_atlas make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
-                         Executor&& threads = {}) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column> texture_atlas
+make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
+           Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 
@@ -12580,8 +12598,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     for (std::size_t event = first_event; event < last_event; ++event) {
         const std::int32_t v = vertex_of(event);
         bool has_edge = false;
-        for (const auto& [from, to] :
-             {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
+        for (const auto& [from, to] : {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
             if (from < 0 || to < 0) continue;
             has_edge = true;
             const lattice_point other = shape.points[from == v ? to : from];
@@ -13228,9 +13245,7 @@ private:
     };
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
-    bool is_traced(pixel_side e) const {
-        return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0;
-    }
+    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0; }
     void set_traced(pixel_side e) {
         std::uint8_t& byte = result_.boundary_sides[e.pixel];
         byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
@@ -13257,8 +13272,7 @@ private:
             area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
             before = &to;
         };
-        for (std::int32_t i = 0; i < piece.inner_count; ++i)
-            advance(result_.corners[piece.first_inner + i]);
+        for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
         advance(result_.corners[piece.end]);
         return area;
     }
@@ -13876,7 +13890,7 @@ struct mesh_options {
 
 /// The triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
     std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
@@ -13908,8 +13922,7 @@ struct chart_polygon {
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
             const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[l];
-                 s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
                 const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
@@ -13930,8 +13943,7 @@ struct chart_polygon {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
             const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
-            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v)
-                add(studs.vertices[v], box);
+            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
     }
@@ -13969,8 +13981,7 @@ public:
             do {
                 v = next;
                 next = shape.next[v];
-                const lattice_point a = shape.points[v],
-                                    b = shape.points[next];
+                const lattice_point a = shape.points[v], b = shape.points[next];
                 twice_area += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
             } while (next != loop_start);
             ++v;
@@ -14038,8 +14049,7 @@ private:
             const boundary_edge e = outline_.edges[edge];
             const auto [first, last] = boundary_.left_out(e);
             for (std::int32_t end : {other, outline_.shape.next[other]}) {
-                const outline_corner& target =
-                    flat_.outlines.corners[outline_.corners[end]];
+                const outline_corner& target = flat_.outlines.corners[outline_.corners[end]];
                 for (std::int32_t c = first; c < last; ++c) {
                     const outline_corner& corner = flat_.outlines.corners[c];
                     if (corner.x != target.x || corner.y != target.y) continue;
@@ -14139,7 +14149,7 @@ namespace ldi {
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
-    buffer<std::int32_t> pixels;             ///< V; a pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
 
     std::size_t vertex_count() const { return positions.size() / 3; }
@@ -14160,7 +14170,9 @@ namespace detail {
 class pixel_finder {
 public:
     pixel_finder(const graph& g, std::span<const float> disparity)
-        : graph_(g), disparity_(disparity), shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
+        : graph_(g),
+          disparity_(disparity),
+          shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
     void show(const chart& c) {
@@ -14208,9 +14220,9 @@ private:
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
 template <payload_column... Columns, executor Executor = const serial_executor>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-textured_mesh build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const mesh_options& options = {}, Executor&& threads = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> textured_mesh
+build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
+           const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;
@@ -14228,9 +14240,10 @@ textured_mesh build_mesh(const layered_image<Columns...>& layers, const chart_se
         index_count += c.triangles.size();
     }
     textured_mesh mesh;
-    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count), mesh.pixels.reserve(vertex_count),
-        mesh.triangles.reserve(index_count);
-    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()), v_scale = 1.0F / static_cast<float>(atlas.color.height());
+    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
+        mesh.pixels.reserve(vertex_count), mesh.triangles.reserve(index_count);
+    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()),
+                v_scale = 1.0F / static_cast<float>(atlas.color.height());
     // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
     buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
     detail::pixel_finder finder(g, disparity);
@@ -14919,7 +14932,7 @@ struct raster_options {
 };
 
 struct rendering {
-    image<std::uint8_t> color;    ///< H x W x 3: the mean of the pixel's samples
+    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
     image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
@@ -14955,9 +14968,9 @@ inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>&
         for (const float value : *values)
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
     if (texture.channels() != 3 || texture.size() == 0)
-        raise(
-            error_code::mismatch, "texture", "3 channels and at least one pixel",
-            std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " + std::to_string(texture.channels()));
+        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
+              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
+                  std::to_string(texture.channels()));
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -14994,7 +15007,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
 /// The samples of a few rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                     ///< 0 where nothing is
+    buffer<float> inverse_depth;                          ///< 0 where nothing is
     buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
@@ -15162,7 +15175,7 @@ rendering render_layers(const Layers& layers, const view& taken_from, const dept
 
 template <has_columns<color_column, disparity_column, known_column> Layers>
 rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                               const raster_options& options = {}) {
+                        const raster_options& options = {}) {
     serial_executor serial;
     return render_layers(layers, taken_from, range, from, options, serial);
 }
@@ -15266,8 +15279,8 @@ struct peel_options {
 /// A layered image of the camera that it was peeled from, with all columns of the one that was peeled.
 template <class Layers>
 struct peeled_layers {
-    Layers layers;        ///< in canonical order
-    depth_range range;    ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
+    Layers layers;      ///< in canonical order
+    depth_range range;  ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
 };
 
 namespace detail {
@@ -15280,8 +15293,8 @@ struct fragment {
 };
 
 /// The fragments of the rows [first_row, last_row), by position, then nearest first.
-inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
-                                       std::int64_t first_row, std::int64_t last_row, std::int64_t width, bool both_sides) {
+inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band, std::int64_t first_row,
+                                  std::int64_t last_row, std::int64_t width, bool both_sides) {
     buffer<fragment> result;
     for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
         const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
@@ -15335,12 +15348,13 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as render_layers() does,
-/// and too_large if there are 2^31 pixels or more.
+/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as
+/// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
-                   const peel_options& options, Executor& threads) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                                  const depth_range& range, const view& from, const peel_options& options,
+                                                  Executor& threads) {
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
@@ -15415,9 +15429,9 @@ peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& l
 }
 
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
-                          const peel_options& options = {}) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                                  const depth_range& range, const view& from, const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);
 }
@@ -15505,21 +15519,22 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 
 namespace ldi {
 
-/// What tells how near things are. `disparity(photo, threads, watcher)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// What tells how near things are. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
-concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const serial_executor& threads,
-                                   const observer& watcher) {
-    { t.disparity(photo, threads, watcher) } -> std::same_as<image<float>>;
+concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> photo, const progress_listener& progress,
+                                   const serial_executor& threads) {
+    { t.disparity(photo, progress, threads) } -> std::same_as<image<float>>;
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colors to the pixels that are not known. `inpaint(layers, threads, watcher)` sets the color of every pixel whose
+/// What gives colors to the pixels that are not known. `inpaint(layers, progress, threads)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
-concept color_inpainter = requires(const T& t, photo_layers& layers, serial_executor& threads, const observer& watcher) {
-    t.inpaint(layers, threads, watcher);
+concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
+                                   serial_executor& threads) {
+    t.inpaint(layers, progress, threads);
 };
 
 /// A disparity map that is there already, from a phone or a file.
@@ -15527,7 +15542,7 @@ struct given_disparity {
     image<float> map;  ///< h x w x 1, finite, larger is nearer
 
     template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t>, Executor&, const observer&) const {
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
         return map;
     }
     float quantization_step() const { return 1.0F; }
@@ -15553,6 +15568,10 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
+    /// Is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
+    /// ends with 1.
+    progress_listener progress;
 };
 
 /// A 3D photo, and what every stage made on the way.
@@ -15570,32 +15589,29 @@ struct photo3d {
 
 /// photo      H x W x 3, at least one pixel
 /// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
-/// watcher    is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected
-/// components",
-///            "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction
-///            0 and ends with 1
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
 photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
-                     const photo3d_options& options = {}, Executor&& threads = {}, const observer& watcher = {}) {
+                     const photo3d_options& options = {}, Executor&& threads = {}) {
+    const progress_listener& progress = options.progress;
     LDI_ASSERT(!photo.empty() && photo.channels() == 3);
     if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
         raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
               std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
     photo3d result;
-    watcher.report("depth estimation", 0.0F);
+    progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
         std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
-    normalized_disparity normalized = normalize(estimator.disparity(photo, threads, watcher), normalize_with);
+    normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
     const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
     result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
-    watcher.report("depth estimation", 1.0F);
+    progress.report("depth estimation", 1.0F);
 
-    watcher.report("depth filter", 0.0F);
+    progress.report("depth filter", 0.0F);
     if (result.estimated.height() < result.photo.height()) {
         image<float> sharpened = result.estimated;
         for (int pass = 0; pass < options.passes_before_resampling; ++pass)
@@ -15605,37 +15621,37 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
         result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
     }
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
-    watcher.report("depth filter", 1.0F);
+    progress.report("depth filter", 1.0F);
 
-    watcher.report("connected components", 0.0F);
+    progress.report("connected components", 0.0F);
     merge_middle_components(result.disparity, options.surface, options.components);
-    watcher.report("connected components", 1.0F);
+    progress.report("connected components", 1.0F);
 
-    watcher.report("occluded geometry", 0.0F);
+    progress.report("occluded geometry", 0.0F);
     photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
     lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
     lifted.range = normalized.range;
     result.curves = find_discontinuity_curves(lifted, options.curves);
     close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
-    result.layers = expand(std::move(lifted), result.curves, options.expand, watcher);
+    result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
-    watcher.report("color inpainting", 0.0F);
-    inpainter.inpaint(result.layers, threads, watcher);
+    progress.report("color inpainting", 0.0F);
+    inpainter.inpaint(result.layers, progress, threads);
     add_grain(result.layers, options.grain);
-    watcher.report("color inpainting", 1.0F);
+    progress.report("color inpainting", 1.0F);
 
-    watcher.report("chart generation", 0.0F);
+    progress.report("chart generation", 0.0F);
     result.charts = make_charts(result.layers, options.charts);
-    watcher.report("chart generation", 1.0F);
+    progress.report("chart generation", 1.0F);
 
-    watcher.report("chart padding", 0.0F);
+    progress.report("chart padding", 0.0F);
     result.atlas = make_atlas(result.layers, result.charts, options.atlas, threads);
-    watcher.report("chart padding", 1.0F);
+    progress.report("chart padding", 1.0F);
 
-    watcher.report("meshing", 0.0F);
+    progress.report("meshing", 0.0F);
     result.mesh = build_mesh(result.layers, result.charts, result.atlas, options.mesh, threads);
-    watcher.report("meshing", 1.0F);
+    progress.report("meshing", 1.0F);
     return result;
 }
 

@@ -180,39 +180,3 @@ TEST_CASE("when every call throws, the caller sees one of them") {
     const auto body = [](std::size_t, std::size_t) { raise(error_code::invalid_data, "row", "numbers", "letters"); };
     for (int repeat = 0; repeat < 50; ++repeat) REQUIRE_THROWS_AS(parallel_for(pool, 100, 1, body), ldi::error);
 }
-
-TEST_CASE("an observer without functions neither hears nor stops anything") { CHECK_NOTHROW(observer{}.report("expand", 0.5F)); }
-
-TEST_CASE("progress reaches the observer on the calling thread") {
-    struct heard {
-        std::string stage;
-        float fraction = -1;
-        std::thread::id thread;
-    } last;
-    const observer watching{&last,
-                            [](void* user, std::string_view stage, float fraction) {
-                                *static_cast<heard*>(user) = {std::string(stage), fraction, std::this_thread::get_id()};
-                            },
-                            nullptr};
-    watching.report("expand", 0.25F);
-    CHECK(last.stage == "expand");
-    CHECK(last.fraction == 0.25F);
-    CHECK(last.thread == std::this_thread::get_id());
-}
-
-TEST_CASE("canceling stops a loop of stages with an error that says so") {
-    int asked = 0;
-    const observer impatient{&asked, nullptr, [](void* user) { return ++*static_cast<int*>(user) == 3; }};
-    int done = 0;
-    const auto work = [&] {
-        for (; done < 10; ++done) impatient.report("inpaint", static_cast<float>(done) / 10.0F);
-    };
-    try {
-        work();
-        FAIL("was not canceled");
-    } catch (const ldi::error& e) {
-        CHECK(e.code() == error_code::canceled);
-        CHECK(e.details().where == "inpaint");
-    }
-    CHECK(done == 2);
-}

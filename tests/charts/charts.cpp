@@ -1,8 +1,8 @@
 #include "tests/support/surfaces.hpp"
 #include "tests/texture/photo_scene.hpp"
 
-#include <ldi/core/validate.hpp>
 #include <ldi/charts/charts.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <catch2/catch.hpp>
 

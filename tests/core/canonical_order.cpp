@@ -46,8 +46,7 @@ TEST_CASE("scanlines come first, then runs by their first x, then the nearest ru
           buffer<std::int32_t>{near_first, near_second, far_first, far_second, far_right, below});
 
     const buffer<float> swapped{0.9F, 0.8F, 0.1F, 0.9F, 0.9F, 0.1F};
-    CHECK(canonical_order(g, swapped) ==
-          buffer<std::int32_t>{far_first, far_second, far_right, near_first, near_second, below});
+    CHECK(canonical_order(g, swapped) == buffer<std::int32_t>{far_first, far_second, far_right, near_first, near_second, below});
 }
 
 TEST_CASE("without disparity runs that start at one position keep their order") {

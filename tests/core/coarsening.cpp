@@ -59,7 +59,7 @@ buffer<std::int32_t> parents_by_exploration(const graph& g, const buffer<std::in
 
 TEST_CASE("coarsening an image keeps every other pixel of every other row") {
     for (const auto& [width, height] : {std::pair{0, 0}, {1, 1}, {2, 2}, {5, 4}, {4, 5}, {9, 1}, {1, 8}}) {
-        const coarsened result = coarsen(make_grid(width, height));
+        const coarsened result = coarsen(make_grid(width, height), orphan_rule::adopt_nearest);
         const std::int32_t coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
         CHECK(testing::same_graph(result.topology, make_grid(coarse_width, coarse_height)));
         for (std::int32_t i = 0; i < coarse_width * coarse_height; ++i)
@@ -76,20 +76,20 @@ TEST_CASE("inside a group: the direct way first, up then left before left then u
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
     g.link(right, side::left, first_corner), g.link(below, side::up, second_corner);
     g.link(diagonal, side::up, right), g.link(diagonal, side::left, below);
-    REQUIRE(coarsen(g).kept == buffer<std::int32_t>{first_corner, second_corner});
-    CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 0, 1, 0});
+    REQUIRE(coarsen(g, orphan_rule::adopt_nearest).kept == buffer<std::int32_t>{first_corner, second_corner});
+    CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 1, 0});
 
     SECTION("without the upper way everything goes by the left one") {
         g.unlink(right, side::left);
-        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 1, 1, 1});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 1, 1, 1});
     }
     SECTION("without the left way everything goes by the upper one") {
         g.unlink(below, side::up);
-        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, 0, 0, 0});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, 0, 0, 0});
     }
     SECTION("without either way there is no parent, because nothing else is in reach") {
         g.unlink(below, side::up), g.unlink(right, side::left);
-        CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
+        CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 1, no_pixel, no_pixel, no_pixel});
     }
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
     g.link(below_a, side::down, between_up_and_right), g.link(below_a, side::right, between_down_and_left);
     g.link(b, side::left, between_up_and_right), g.link(b, side::up, between_down_and_left);
     g.link(between_down_and_left, side::right, tail), g.link(tail, side::up, longer_tail);
-    const coarsened result = coarsen(g);
+    const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     REQUIRE(result.kept == buffer<std::int32_t>{a, b});
     CHECK(result.parent == buffer<std::int32_t>{0, 0, 0, 1, 0, 1, 1, 1});
 }
@@ -111,7 +111,7 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
 TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
-        const coarsened adopted = coarsen(g), stayed = coarsen(g, orphan_rule::stay);
+        const coarsened adopted = coarsen(g, orphan_rule::adopt_nearest), stayed = coarsen(g, orphan_rule::stay);
         REQUIRE(testing::same_graph(adopted.topology, stayed.topology));
         REQUIRE(adopted.kept == stayed.kept);
         for (std::size_t i = 0; i < g.size(); ++i) {
@@ -130,7 +130,7 @@ TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes
 TEST_CASE("a pixel cut off from its group's corner adopts a parent beside it, or stays without") {
     graph g = make_grid(5, 2);
     g.unlink(3, side::left), g.unlink(3, side::down);
-    CHECK(coarsen(g).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
+    CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
     CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
@@ -140,7 +140,7 @@ TEST_CASE("several pixels at one even position are all kept, and linked as their
         g.add_pixel(x, 0);
         if (x > 0) g.link(2 + x, side::right, 3 + x);
     }
-    const coarsened result = coarsen(g);
+    const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     CHECK(result.kept == buffer<std::int32_t>{0, 2, 3, 5});
     CHECK(result.topology.right == buffer<std::int32_t>{1, no_pixel, 3, no_pixel});
     CHECK(result.parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
@@ -149,10 +149,10 @@ TEST_CASE("several pixels at one even position are all kept, and linked as their
 TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
     int layers_seen = 0;
     testing::for_random_graphs(50, 2000, [&](const random_layers& layers, std::mt19937&) {
-        const coarsened result = coarsen(layers.topology);
+        const coarsened result = coarsen(layers.topology, orphan_rule::adopt_nearest);
         REQUIRE_FALSE(validate(result.topology).has_value());
         if (!validate_canonical(layers.topology).has_value()) REQUIRE_FALSE(validate_canonical(result.topology).has_value());
-        const coarsened twice = coarsen(result.topology);
+        const coarsened twice = coarsen(result.topology, orphan_rule::adopt_nearest);
         REQUIRE_FALSE(validate(twice.topology).has_value());
         ++layers_seen;
     });
@@ -162,7 +162,7 @@ TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
 TEST_CASE("exactly the pixels at even positions are kept, in their order, at half their position") {
     testing::for_random_graphs(51, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
-        const coarsened result = coarsen(g);
+        const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         buffer<std::int32_t> expected;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
             if (is_kept(g, i)) expected.push_back(i);
@@ -179,7 +179,7 @@ TEST_CASE("exactly the pixels at even positions are kept, in their order, at hal
 TEST_CASE("kept pixels are linked exactly where a path of two links joined them") {
     testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
-        const coarsened result = coarsen(g);
+        const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
             // Try all sixteen paths of two links, and file their ends by the direction they lie in.
             buffer<std::int32_t> found(4, no_pixel);
@@ -205,7 +205,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
     int beyond_group = 0, without_parent = 0;
     testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
         const graph& g = layers.topology;
-        const coarsened result = coarsen(g);
+        const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         REQUIRE(result.parent == parents_by_exploration(g, result.kept));
 
         // Only a component without any kept pixel is without parents.
@@ -233,7 +233,8 @@ TEST_CASE("coarsening does not depend on the order of pixels") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
-        const coarsened before = coarsen(g), after = coarsen(ldi::reordered(g, order));
+        const coarsened before = coarsen(g, orphan_rule::adopt_nearest),
+                        after = coarsen(ldi::reordered(g, order), orphan_rule::adopt_nearest);
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::int32_t a = after.parent[i], b = before.parent[static_cast<std::size_t>(order[i])];
             REQUIRE((a == no_pixel) == (b == no_pixel));

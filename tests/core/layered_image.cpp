@@ -38,8 +38,7 @@ static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move
 static_assert(!std::is_polymorphic_v<photo_layers>);
 static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not turn into a layered image unasked");
 static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), buffer<std::uint8_t>&>);
-static_assert(
-    std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const buffer<float>&>);
+static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const buffer<float>&>);
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
 }  // namespace

@@ -51,7 +51,8 @@ TEST_CASE("a file of another network is refused, and what does not fit is named"
     CHECK_THAT(complaint("\"name\":\"farbrausch\"", "\"name\":\"farb-ausch\""), Contains("found farb-ausch"));
     CHECK_THAT(test::message_of([] { load_farbrausch("no/such/file"); }), Contains("no/such/file"));
 
-    const std::filesystem::path depth = std::filesystem::path(LDI_SOURCE_DIR) / "tests/formats/files/tiefenrausch_weights.safetensors";
+    const std::filesystem::path depth =
+        std::filesystem::path(LDI_SOURCE_DIR) / "tests/formats/files/tiefenrausch_weights.safetensors";
     CHECK_THAT(test::message_of([&] { load_farbrausch(depth); }),
                Contains(depth.string()) && Contains("an inpainting network") && Contains("found tiefenrausch_small"));
 }

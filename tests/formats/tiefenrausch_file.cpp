@@ -97,7 +97,7 @@ TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
     const std::filesystem::path models = std::filesystem::path(LDI_SOURCE_DIR) / "examples/models";
     const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
     serial_executor serial;
-    const image<float> disparity = network.disparity(image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), serial);
+    const image<float> disparity = network.disparity(image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), {}, serial);
     CHECK(disparity.height() == 288);
     CHECK(disparity.width() == 384);
     CHECK(load_farbrausch(models / "farbrausch.safetensors").architecture().channels.size() == 5);

@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         ldi::serial_executor threads;
         ldi::image<std::uint8_t> known(5, 6, 1, std::uint8_t{1});
         known(2, 3, 0) = 0;
-        network.inpaint(ldi::image<std::uint8_t>(5, 6, 3, std::uint8_t{90}), known, threads);
+        network.inpaint(ldi::image<std::uint8_t>(5, 6, 3, std::uint8_t{90}), known, {}, threads);
     } catch (const ldi::error&) {
     }
     return 0;

@@ -1,10 +1,10 @@
 // Random layered graphs and random partitions of them into charts: folds, slits, holes, pinches and charts of one pixel.
 #pragma once
 
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/validate.hpp>
-#include <ldi/charts/charts.hpp>
 
 #include <catch2/catch.hpp>
 

@@ -92,7 +92,7 @@ golden_case read_case(const std::string& name) {
     g = reordered(g, order);
     g.resize(count);
 
-    golden_case result{photo_layers(g), {}, {}, {}};
+    golden_case result{photo_layers(g), {}, {}};
     std::size_t holes = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t p = static_cast<std::size_t>(order[i]);
@@ -131,7 +131,7 @@ buffer<std::uint8_t> unknown_of(const photo_layers& layers) {
 }
 
 buffer<float> run(const farbrausch& network, const photo_layers& layers) {
-    return network.colors(layers, unknown_of(layers), one_thread);
+    return network.colors(layers, unknown_of(layers), {}, one_thread);
 }
 
 template <class A, class B>
@@ -256,7 +256,7 @@ TEST_CASE("what nobody asks for is not computed, and changes not a bit of the re
     std::mt19937 random(61);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_layers(random, 40);
-        const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), one_thread);
+        const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), {}, one_thread);
         REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
     }
 }
@@ -267,7 +267,7 @@ TEST_CASE("the number of threads changes nothing") {
     std::mt19937 random(62);
     for (int i = 0; i < 20; ++i) {
         const photo_layers layers = random_layers(random, 60);
-        REQUIRE(run(network, layers) == network.colors(layers, unknown_of(layers), threads));
+        REQUIRE(run(network, layers) == network.colors(layers, unknown_of(layers), {}, threads));
     }
 }
 
@@ -279,7 +279,7 @@ TEST_CASE("an image is inpainted as a single layer, and what is known stays as i
     image<std::uint8_t> color(h, w, 3), known = image<std::uint8_t>(h, w);
     std::copy(whole.layers.column<color_column>().begin(), whole.layers.column<color_column>().end(), color.begin());
     std::copy(whole.layers.column<known_column>().begin(), whole.layers.column<known_column>().end(), known.begin());
-    const image<std::uint8_t> result = network.inpaint(color, known, one_thread);
+    const image<std::uint8_t> result = network.inpaint(color, known, {}, one_thread);
     std::size_t next = 0;
     for (std::size_t i = 0; i < h * w; ++i)
         for (std::size_t c = 0; c < 3; ++c) {
@@ -298,12 +298,11 @@ TEST_CASE("where nothing is unknown, nothing is done, and where nothing is known
     photo_layers layers(make_grid(9, 7));
     std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{1});
     for (std::uint8_t& c : layers.column<color_column>()) c = 77;
-    network.inpaint(layers, one_thread);
-    CHECK(
-        std::all_of(layers.column<color_column>().begin(), layers.column<color_column>().end(), [](int c) { return c == 77; }));
+    network.inpaint(layers, {}, one_thread);
+    CHECK(std::all_of(layers.column<color_column>().begin(), layers.column<color_column>().end(), [](int c) { return c == 77; }));
 
     photo_layers none;
-    network.inpaint(none, one_thread);
+    network.inpaint(none, {}, one_thread);
 
     std::fill(layers.column<known_column>().begin(), layers.column<known_column>().end(), std::uint8_t{0});
     const auto expected = reference(hashed_weights(small), small, layers);
@@ -335,7 +334,7 @@ TEST_CASE("in every arithmetic, what nobody asks for is not computed, and change
     for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
-            const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), one_thread);
+            const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), {}, one_thread);
             REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
         }
 }
@@ -376,7 +375,7 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
         buffer<float> fractions;
         std::size_t stop_after;
     } s{{}, 1000};
-    observer watcher;
+    progress_listener watcher;
     watcher.user = &s;
     watcher.on_progress = [](void* user, std::string_view stage, float fraction) {
         CHECK(stage == "color inpainting");
@@ -386,13 +385,13 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
         const state& now = *static_cast<state*>(user);
         return now.fractions.size() >= now.stop_after;
     };
-    network.inpaint(layers, one_thread, watcher);
+    network.inpaint(layers, watcher, one_thread);
     CHECK(std::is_sorted(s.fractions.begin(), s.fractions.end()));
     CHECK(s.fractions.back() <= 1.0F);
     const std::size_t reports = s.fractions.size();
     for (s.stop_after = 1; s.stop_after <= reports; ++s.stop_after) {
         s.fractions.clear();
-        CHECK_THROWS_AS(network.inpaint(layers, one_thread, watcher), error);
+        CHECK_THROWS_AS(network.inpaint(layers, watcher, one_thread), error);
         CHECK(s.fractions.size() == s.stop_after);
     }
 }

@@ -33,7 +33,7 @@ public:
         graphs_ = {finest};
         kept_.clear(), above_.clear();
         for (std::size_t i = 0; i < levels_; ++i) {
-            const coarsened next = coarsen(graphs_.back());
+            const coarsened next = coarsen(graphs_.back(), orphan_rule::adopt_nearest);
             kept_.push_back(next.kept);
             above_.push_back(corners(graphs_.back(), next.kept));
             graphs_.push_back(next.topology);
@@ -142,14 +142,13 @@ private:
             const std::vector<pixel> before = values;
             for (std::size_t p = 0; p < values.size(); ++p)
                 values[p] = colors_[level][p][3] != 0.0 ? colors_[level][p]
-                                                         : average(graphs_[level], before, static_cast<std::int32_t>(p));
+                                                        : average(graphs_[level], before, static_cast<std::int32_t>(p));
         }
     }
 
     /// up: of the pixels of the next level, c_up channels; skip: of this level.
-    buffer<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel,
-                                  std::size_t c_out, const buffer<double>& up, std::size_t c_up,
-                                  const buffer<double>& skip, std::size_t c_skip) const {
+    buffer<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel, std::size_t c_out,
+                             const buffer<double>& up, std::size_t c_up, const buffer<double>& skip, std::size_t c_skip) const {
         const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = c_up + c_skip;
         const buffer<float>& w = tensor_values<float>(
             weights_, name + ".weight", {c_out, c_in, static_cast<std::size_t>(kernel), static_cast<std::size_t>(kernel)});

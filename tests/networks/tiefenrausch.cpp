@@ -136,12 +136,12 @@ TEST_CASE("one network serves several threads at once") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     std::vector<image<float>> expected(4), found(4);
-    for (std::size_t i = 0; i < 4; ++i) expected[i] = network.disparity(gradient(100 + 40 * i, 150), serial);
+    for (std::size_t i = 0; i < 4; ++i) expected[i] = network.disparity(gradient(100 + 40 * i, 150), {}, serial);
     std::vector<std::thread> callers;
     for (std::size_t i = 0; i < 4; ++i)
         callers.emplace_back([&, i] {
             ldi::thread_pool threads(2);
-            found[i] = network.disparity(gradient(100 + 40 * i, 150), threads);
+            found[i] = network.disparity(gradient(100 + 40 * i, 150), {}, threads);
         });
     for (std::thread& caller : callers) caller.join();
     for (std::size_t i = 0; i < 4; ++i) CHECK((found[i] == expected[i]));
@@ -166,7 +166,7 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
     ldi::serial_executor serial;
     const image<std::uint8_t> photo = gradient(200, 300);
     const image<std::uint8_t> logarithm = network.levels(ldi::tiefenrausch::resize_for_network(photo, serial), serial);
-    const image<float> disparity = network.disparity(photo, serial);
+    const image<float> disparity = network.disparity(photo, {}, serial);
     REQUIRE(disparity.size() == logarithm.size());
     CHECK(disparity.channels() == 1);
     const ldi::quantization q = network.level_quantization();
@@ -199,7 +199,7 @@ TEST_CASE("photos of a single pixel, a single row and a single column work") {
     ldi::serial_executor serial;
     for (const auto& [height, width] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 5000}, {20000, 1}, {3, 7}}) {
         const image<std::uint8_t> photo = gradient(height, width);
-        const image<float> disparity = network.disparity(photo, serial);
+        const image<float> disparity = network.disparity(photo, {}, serial);
         const ldi::tensor_size size = ldi::tiefenrausch::network_size({height, width});
         CHECK((disparity.height() == size.height && disparity.width() == size.width));
         bool is_sound = true;
@@ -215,8 +215,8 @@ TEST_CASE("images that are no color photo, or of a size that the network cannot 
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
     const auto empty = ldi::image<std::uint8_t>(0, 5, 3);
-    CHECK_THROWS_AS(network.disparity(empty, serial), ldi::error);
-    CHECK_THROWS_AS(network.disparity(ldi::image<std::uint8_t>(5, 5, 4, 0), serial), ldi::error);
+    CHECK_THROWS_AS(network.disparity(empty, {}, serial), ldi::error);
+    CHECK_THROWS_AS(network.disparity(ldi::image<std::uint8_t>(5, 5, 4, 0), {}, serial), ldi::error);
     CHECK_THROWS_AS(network.levels(empty, serial), ldi::error);
     CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 48, 3, 0), serial), ldi::error);
     CHECK_THROWS_AS(network.levels(ldi::image<std::uint8_t>(64, 64, 1, 0), serial), ldi::error);
@@ -241,16 +241,16 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
         ldi::buffer<float> fractions;
         bool stop = false;
     } seen;
-    ldi::observer follow;
+    ldi::progress_listener follow;
     follow.user = &seen;
     follow.on_progress = [](void* user, std::string_view, float fraction) {
         static_cast<record*>(user)->fractions.push_back(fraction);
     };
     follow.is_canceled = [](void* user) { return static_cast<record*>(user)->stop; };
-    network.disparity(gradient(40, 40), serial, follow);
+    network.disparity(gradient(40, 40), follow, serial);
     CHECK(seen.fractions.size() >= 2);
     CHECK(std::is_sorted(seen.fractions.begin(), seen.fractions.end()));
     CHECK(seen.fractions.back() == 1.0F);
     seen.stop = true;
-    CHECK_THROWS_AS(network.disparity(gradient(40, 40), serial, follow), ldi::error);
+    CHECK_THROWS_AS(network.disparity(gradient(40, 40), follow, serial), ldi::error);
 }

@@ -29,11 +29,11 @@ TEST_CASE("diffusion keeps known colors, and continues a plain color exactly") {
     ldi::serial_executor serial;
     for (int round = 0; round < 60; ++round) {
         ldi::photo_layers layers = random_unknown(random, false);
-        ldi::diffusion_inpainter().inpaint(layers, serial);
+        ldi::diffusion_inpainter().inpaint(layers, {}, serial);
         for (std::uint8_t value : layers.column<ldi::color_column>()) REQUIRE(value == 100);
         layers = random_unknown(random, true);
         const ldi::photo_layers before = layers;
-        ldi::diffusion_inpainter().inpaint(layers, serial);
+        ldi::diffusion_inpainter().inpaint(layers, {}, serial);
         REQUIRE((layers.column<ldi::known_column>() == before.column<ldi::known_column>()));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
             const bool known = layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] != 0;
@@ -58,7 +58,7 @@ TEST_CASE("a gap in a ramp is filled with the ramp") {
     }
     ldi::serial_executor serial;
     ldi::diffusion_inpainter inpainter;
-    inpainter.inpaint(layers, serial);
+    inpainter.inpaint(layers, {}, serial);
     for (std::int32_t i = 0; i < 4000; ++i) REQUIRE(std::abs(layers.at<ldi::color_column>(i)[0] - (50 + i % 100)) <= 4);
 }
 
@@ -72,7 +72,7 @@ TEST_CASE("color does not cross silhouettes") {
     const auto curves = ldi::find_discontinuity_curves(lifted);
     ldi::photo_layers layers = ldi::expand(std::move(lifted), std::span<const ldi::discontinuity_curve>(curves));
     ldi::serial_executor serial;
-    ldi::diffusion_inpainter().inpaint(layers, serial);
+    ldi::diffusion_inpainter().inpaint(layers, {}, serial);
     for (std::size_t i = 0; i < layers.size(); ++i)
         REQUIRE(layers.column<ldi::color_column>()[3 * i] == (layers.column<ldi::disparity_column>()[i] < 0.5F ? 30 : 220));
 }

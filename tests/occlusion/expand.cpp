@@ -68,8 +68,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
         curve_options.shortest_length = 1 + random() % 20;
-        const auto curves =
-            ldi::find_discontinuity_curves(lifted, curve_options);
+        const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
         ldi::expand_options options;
         options.iterations = 12;
         int iterations = 0;
@@ -175,7 +174,8 @@ TEST_CASE("the midground does not grow past the perpendicular at its end, the ba
         for (int x = edge - 20; x < edge; ++x) REQUIRE(background_at.count({x, y}) == 1);
 }
 
-TEST_CASE("a new pixel has in a user's own column what the pixel has whose surface it continues, or zero where the column says so") {
+TEST_CASE(
+    "a new pixel has in a user's own column what the pixel has whose surface it continues, or zero where the column says so") {
     ldi::image<float> map(30, 30);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
@@ -205,7 +205,7 @@ TEST_CASE("a new pixel has in a user's own column what the pixel has whose surfa
 
 TEST_CASE("growth can be canceled, and refuses a senseless number of iterations") {
     const ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
-    ldi::observer watcher;
+    ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, watcher), ldi::error);
     ldi::expand_options options;

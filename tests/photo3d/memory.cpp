@@ -1,9 +1,9 @@
 // Whose memory the whole way works in, and what happens when there is no more. This program's operator new counts.
 #include "tests/support/lifted_scene.hpp"
 
-#include <ldi/ldi.hpp>
 #include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -62,8 +62,9 @@ struct network_and_map {
     const ldi::image<float>& map;
 
     template <ldi::executor Executor>
-    ldi::image<float> disparity(ldi::image_view<const std::uint8_t> photo, Executor& threads, const ldi::observer& watcher) const {
-        network.disparity(photo, threads, watcher);
+    ldi::image<float> disparity(ldi::image_view<const std::uint8_t> photo, const ldi::progress_listener& progress,
+                                Executor&& threads) const {
+        network.disparity(photo, progress, threads);
         return map;
     }
     float quantization_step() const { return 1.0F; }

@@ -29,7 +29,8 @@ std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<s
 
 }  // namespace
 
-TEST_CASE("normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, grain, charts and atlas") {
+TEST_CASE(
+    "normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, grain, charts and atlas") {
     std::mt19937 random(4);
     for (int round = 0; round < 20; ++round) {
         const std::size_t rows = 40 + random() % 40, columns = 40 + random() % 40;
@@ -51,7 +52,7 @@ TEST_CASE("normals and materials go from lift() to the vertices of the mesh, thr
         mark_mixed_colors(layer);
         auto layers = expand(std::move(layer), std::span<const discontinuity_curve>(curves), {.iterations = 10});
         const serial_executor threads;
-        diffusion_inpainter().inpaint(layers, threads);
+        diffusion_inpainter().inpaint(layers, {}, threads);
         add_grain(layers);
         const chart_set charts = make_charts(layers);
         const texture_atlas atlas = make_atlas(layers, charts);
@@ -60,7 +61,8 @@ TEST_CASE("normals and materials go from lift() to the vertices of the mesh, thr
         // A hidden pixel goes on with what the photo's pixel has from which it grew, so normal and material still agree.
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
             const auto n = layers.at<normal_column>(i);
-            REQUIRE(layers.at<material_column>(i)[0] == material_at(static_cast<std::int32_t>(n[0]), static_cast<std::int32_t>(n[1])));
+            REQUIRE(layers.at<material_column>(i)[0] ==
+                    material_at(static_cast<std::int32_t>(n[0]), static_cast<std::int32_t>(n[1])));
         }
         REQUIRE(mesh.pixels.size() == mesh.vertex_count());
         for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {

@@ -74,8 +74,8 @@ TEST_CASE("beside a T-junction no hole opens until the nearest surface has moved
 TEST_CASE("seen from the photo's place the 3D photo is the photo") {
     for (const char* name : {"t_junction", "rods", "random3"}) {
         const converted c = convert(name, 240, 320);
-        const ldi::rendering seen =
-            ldi::rasterize(c.result.mesh, c.result.atlas.color, ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 0.0F));
+        const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color,
+                                                   ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 0.0F));
         INFO(name);
         CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
         // Simplified silhouettes cut corners; behind curves too short to grow from, nothing fills them.

@@ -105,8 +105,7 @@ TEST_CASE("at a silhouette the color is mixed and the disparity is not") {
             CHECK(photo.disparity(y, x, 0) == (x <= (photo.object(y, 20, 0) == 0 ? 20U : 19U) ? 1.0F : 0.0F));
             const bool mixed = x == 20;
             if (mixed) CHECK((photo.color(y, x, 0) > 0 && photo.color(y, x, 2) > 0));
-            if (!mixed)
-                CHECK((photo.color(y, x, 0) == (x < 20 ? pure[0] : 0) && photo.color(y, x, 2) == (x < 20 ? 0 : pure[0])));
+            if (!mixed) CHECK((photo.color(y, x, 0) == (x < 20 ? pure[0] : 0) && photo.color(y, x, 2) == (x < 20 ? 0 : pure[0])));
         }
         CHECK(std::abs(photo.color(y, 20, 0) - half[0]) <= 6);
         CHECK(std::abs(photo.color(y, 20, 2) - half[2]) <= 6);

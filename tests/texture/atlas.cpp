@@ -58,8 +58,7 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
         const std::size_t c = static_cast<std::size_t>(charts.chart_of[i]);
         const std::size_t x = static_cast<std::size_t>(g.x[i] - charts.charts[c].x + atlas.placements[c].x);
         const std::size_t y = static_cast<std::size_t>(g.y[i] - charts.charts[c].y + atlas.placements[c].y);
-        for (std::size_t k = 0; k < 3; ++k)
-            colors = colors && atlas.color(y, x, k) == layers.column<color_column>()[3 * i + k];
+        for (std::size_t k = 0; k < 3; ++k) colors = colors && atlas.color(y, x, k) == layers.column<color_column>()[3 * i + k];
         const texel_kind expected = layers.column<known_column>()[i] != 0                      ? texel_kind::photo
                                     : layers.column<disparity_column>()[i] < front[lattice(i)] ? texel_kind::occluded
                                                                                                : texel_kind::refilled;

@@ -42,7 +42,7 @@ inline photo_layers with_hidden_surfaces(photo_layer lifted) {
     const auto curves = find_discontinuity_curves(lifted);
     photo_layers layers = expand(std::move(lifted), curves);
     const serial_executor threads;
-    diffusion_inpainter().inpaint(layers, threads);
+    diffusion_inpainter().inpaint(layers, {}, threads);
     return layers;
 }
 

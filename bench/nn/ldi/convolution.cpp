@@ -73,7 +73,8 @@ void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::
     const ldi::buffer<float> weights = random_floats(l.outputs * l.inputs * elements), bias = random_floats(l.outputs);
     const ldi::conv_f32_weights packed = ldi::pack_convolution(ldi::best_isa(), weights, bias, l.kernel_size, ldi::relu);
     const ldi::convolution_plan plan =
-        l.stride == 2 ? ldi::plan_convolution(g, l.kernel_size, ldi::coarsen(g)) : ldi::plan_convolution(g, l.kernel_size);
+        l.stride == 2 ? ldi::plan_convolution(g, l.kernel_size, ldi::coarsen(g, ldi::orphan_rule::adopt_nearest))
+                      : ldi::plan_convolution(g, l.kernel_size);
     ldi::buffer<float> result(plan.output_count * l.outputs);
     ldi::serial_executor one_thread;
     for (auto _ : state) {

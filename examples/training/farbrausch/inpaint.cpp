@@ -44,7 +44,7 @@ void serve(const ldi::farbrausch& network) {
         if (!read(color.data(), color.size()) || !read(labels.data(), labels.size()))
             throw std::runtime_error("a picture that is cut off");
         ldi::photo_layers layers = existing(color, labels, size[1], size[0]);
-        network.inpaint(layers, threads);
+        network.inpaint(layers, {}, threads);
         ldi::add_grain(layers);
         for (std::size_t i = 0; i < layers.size(); ++i) {
             const std::size_t at = static_cast<std::size_t>(layers.topology.y[i]) * static_cast<std::size_t>(size[1]) +

@@ -1,10 +1,10 @@
-// Writes the published depth network as a weight file of the form that export.py writes (include/ldi/nn/dense/quantized_weights.hpp),
-// for the Python programs beside it.
+// Writes the published depth network as a weight file of the form that export.py writes
+// (include/ldi/nn/dense/quantized_weights.hpp), for the Python programs beside it.
 //
 //   convert FOLDER_OF_THE_PUBLISHED_NETWORK FILE.safetensors
 
-#include <ldi/formats/file.hpp>
 #include <ldi/formats/caffe2.hpp>
+#include <ldi/formats/file.hpp>
 
 #include <nlohmann/json.hpp>
 

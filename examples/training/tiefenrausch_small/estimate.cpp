@@ -36,8 +36,7 @@ void serve(const ldi::tiefenrausch& network) {
         if (size[2] != 0) photo = network.resize_for_network(photo, threads);
         const ldi::image<std::uint8_t> levels = network.levels(photo, threads);
         const ldi::image<float> disparity = network.disparity_of(levels);
-        const std::int32_t sides[2] = {static_cast<std::int32_t>(levels.height()),
-                                       static_cast<std::int32_t>(levels.width())};
+        const std::int32_t sides[2] = {static_cast<std::int32_t>(levels.height()), static_cast<std::int32_t>(levels.width())};
         write(sides, 2);
         write(levels.data(), levels.size());
         write(disparity.data(), disparity.size());

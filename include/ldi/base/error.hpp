@@ -21,7 +21,7 @@ enum class error_code {
     mismatch,        ///< two inputs do not fit together (sizes, shapes, names)
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
-    canceled,       ///< the caller's observer asked to stop
+    canceled,        ///< the caller's progress_listener asked to stop
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".

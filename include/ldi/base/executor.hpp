@@ -53,7 +53,7 @@ void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&
     }
     struct task {
         std::remove_reference_t<Body>* body;
-        std::size_t piece, longer_pieces;  // the first pieces are one index longer, so that all of them cover the range
+        std::size_t piece, longer_pieces;       // the first pieces are one index longer, so that all of them cover the range
         const memory& from = current_memory();  // for all threads that work on this
         std::mutex mutex{};
         std::exception_ptr failure{};
@@ -176,20 +176,6 @@ private:
     std::size_t next_ = 0, count_ = 0, running_ = 0;
     std::exception_ptr failure_;
     bool stop_ = false;
-};
-
-/// How the caller follows and stops long work. Both functions may be null; both are called on the thread that called the stage.
-struct observer {
-    void* user = nullptr;
-    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
-    bool (*is_canceled)(void* user) = nullptr;
-
-    /// Reports progress; raises error_code::canceled if the caller wants to stop.
-    void report(std::string_view stage, float fraction) const {
-        if (on_progress != nullptr) on_progress(user, stage, fraction);
-        if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
-    }
 };
 
 }  // namespace ldi

@@ -1,5 +1,5 @@
-// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes its
-// memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes
+// its memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -84,9 +84,10 @@ private:
 struct unset_t {};
 inline constexpr unset_t unset{};
 
-/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and gives it back
-/// there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types as they are; a
-/// moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without exceptions the program ends.
+/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
+/// gives it back there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types
+/// as they are; a moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without
+/// exceptions the program ends.
 template <class T>
 class buffer {
 public:
@@ -199,7 +200,8 @@ public:
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at, count = static_cast<std::size_t>(last - first);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at,
+                          count = static_cast<std::size_t>(last - first);
         if (size_ + count > capacity_) reallocate(grown(size_ + count));
         if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
         for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));

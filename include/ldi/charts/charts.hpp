@@ -9,8 +9,8 @@
 //      to a fold, in the middle of what hides it would else bleed into that.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/layered_image.hpp>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ namespace ldi {
 struct chart {
     std::int32_t x = 0, y = 0;           ///< top left lattice position of the bounding box
     std::int32_t width = 0, height = 0;  ///< of the bounding box, in pixels
-    buffer<std::int32_t> pixels;    ///< its pixels' indices in the layered image, ascending
+    buffer<std::int32_t> pixels;         ///< its pixels' indices in the layered image, ascending
 };
 
 /// A partition of all pixels into charts.
@@ -248,8 +248,8 @@ private:
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
         const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
-        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps,
-                              const buffer<std::int32_t>& second, std::int32_t second_steps) {
+        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps, const buffer<std::int32_t>& second,
+                              std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
                 const std::int32_t next = (step < first_steps ? first : second)[at];
@@ -289,8 +289,8 @@ private:
 
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-chart_set make_charts(const layered_image<Columns...>& layers, const chart_options& options = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> chart_set make_charts(const layered_image<Columns...>& layers,
+                                                                                        const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));

@@ -4,6 +4,7 @@
 
 #include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/runs.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -15,13 +16,13 @@ namespace ldi {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
-    graph topology;                    ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
+    graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
     buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
     buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
-/// What becomes of a pixel whose 2 x 2 group has no kept pixel that links inside the group lead to: on a thin strip, or cut off
-/// by a silhouette.
+/// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
+/// strip or a silhouette cuts it off.
 enum class orphan_rule {
     adopt_nearest,  ///< it shares the parent of the pixel nearest to it by links that has one, the first that breadth-first
                     ///< exploration in the order up, down, left, right finds
@@ -47,39 +48,20 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
     return pixel;
 }
 
-/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
-struct linked_run {
-    std::int32_t first, last;
-};
-
-/// Every pixel in one run. Most of a canonical graph is long ones.
-inline buffer<linked_run> runs_side_by_side(const graph& g) {
-    buffer<linked_run> runs;
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
-    for (std::int32_t first = 0, last; first < count; first = last) {
-        last = first + 1;
-        while (last < count && g.right[last - 1] == last) ++last;
-        runs.push_back({first, last});
-    }
-    return runs;
-}
-
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
-inline std::int32_t first_kept(const graph& g, const linked_run& run) {
-    return run.first + (g.x[run.first] & 1);
-}
+inline std::int32_t first_kept(const graph& g, const pixel_run& run) { return run.first + (g.x[run.first] & 1); }
 
 /// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
-inline void keep_even_pixels(const graph& g, std::span<const linked_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const linked_run& run) { return (g.y[run.first] & 1) == 0; };
+inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const pixel_run& run) { return (g.y[run.first] & 1) == 0; };
     std::size_t count = 0;
-    for (const linked_run& run : runs)
+    for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
     result.topology.resize(count);
     result.parent.assign(g.size(), no_pixel);
     std::size_t n = 0;
-    for (const linked_run& run : runs) {
+    for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
         const std::size_t start = static_cast<std::size_t>(run.first);
         const std::int32_t y = g.y[start] / 2;
@@ -106,7 +88,7 @@ inline void link_kept_pixels(const graph& g, coarsened& result) {
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const linked_run& run, buffer<std::int32_t>& parent) {
+inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
@@ -114,8 +96,7 @@ inline void find_parents(const graph& g, const linked_run& run, buffer<std::int3
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
     if ((g.y[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
-        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2)
-            parent[i] = parent[i - 1];
+        for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
@@ -169,13 +150,13 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
 /// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
 /// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::adopt_nearest) {
+inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
     result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
-    const buffer<detail::linked_run> runs = detail::runs_side_by_side(g);
+    const buffer<pixel_run> runs = runs_of(g);
     detail::keep_even_pixels(g, runs, result);
     detail::link_kept_pixels(g, result);
-    for (const detail::linked_run& run : runs) detail::find_parents(g, run, result.parent);
+    for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
 }

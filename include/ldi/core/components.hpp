@@ -2,9 +2,10 @@
 // isolated features at middle values) and everything that must treat a surface as one thing starts from them.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/runs.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -26,43 +27,36 @@ inline components connected_components(const graph& g) {
     components result;
     const std::size_t count = g.size();
 
-    // Runs: pixels with successive indices, each the left neighbor of the next. `label` holds the run of each pixel for now.
-    buffer<std::int32_t>& run_of = result.label;
+    const buffer<pixel_run> runs = runs_of(g);
+    buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
     run_of.resize(count);
-    buffer<std::size_t> run_starts;
-    detail::disjoint_sets runs;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (i == 0 || g.left[i] != static_cast<std::int32_t>(i) - 1) {
-            run_starts.push_back(i);
-            runs.add();
-        }
-        run_of[i] = static_cast<std::int32_t>(runs.size()) - 1;
+    detail::disjoint_sets sets;
+    for (std::size_t run = 0; run < runs.size(); ++run) {
+        sets.add();
+        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, static_cast<std::int32_t>(run));
     }
-    run_starts.push_back(count);
 
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t this_run = static_cast<std::int32_t>(run);
-        const std::int32_t left = g.left[run_starts[run]];
-        if (left != no_pixel) runs.merge(this_run, run_of[left]);
+        const std::int32_t left = g.left[runs[run].first];
+        if (left != no_pixel) sets.merge(this_run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
-        for (std::size_t i = run_starts[run]; i < run_starts[run + 1]; ++i) {
+        for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
-            const std::size_t run_above = static_cast<std::size_t>(run_of[above]);
-            runs.merge(this_run, static_cast<std::int32_t>(run_above));
-            merged_first = static_cast<std::int32_t>(run_starts[run_above]);
-            merged_last = static_cast<std::int32_t>(run_starts[run_above + 1]);
+            const std::int32_t run_above = run_of[above];
+            sets.merge(this_run, run_above);
+            merged_first = runs[run_above].first, merged_last = runs[run_above].last;
         }
     }
 
     buffer<std::int32_t> label_of_run;
-    result.size.assign(static_cast<std::size_t>(runs.number(label_of_run)), 0);
+    result.size.assign(static_cast<std::size_t>(sets.number(label_of_run)), 0);
     for (std::size_t run = 0; run < runs.size(); ++run) {
         const std::int32_t label = label_of_run[run];
-        std::fill(result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run]),
-                  result.label.begin() + static_cast<std::ptrdiff_t>(run_starts[run + 1]), label);
-        result.size[label] += static_cast<std::int32_t>(run_starts[run + 1] - run_starts[run]);
+        std::fill(result.label.begin() + runs[run].first, result.label.begin() + runs[run].last, label);
+        result.size[label] += runs[run].size();
     }
     return result;
 }

@@ -1,14 +1,15 @@
-// Isotropic diffusion of colors into unknown cells (paper, section "Texture Atlas Generation", both paddings; also the
-// inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the smoothest way through the
-// known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell borders on which.
+// Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
+// paddings; also the inpainting that needs no network): each unknown cell becomes the mean of its neighbors, which is the
+// smoothest way through the known ones. Cells are texels of an atlas or pixels of a layered image; what counts is which cell
+// borders on which.
 //
 // Plain relaxation takes as many rounds as the gap is wide. Here linked cells are joined two by two into coarser and coarser ones
 // until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
-// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known colors.
+// rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
 
 #include <array>
 #include <cstddef>
@@ -18,16 +19,17 @@ namespace ldi {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
-///     diffusion d;
+///     diffusion<3> d;
 ///     d.start();
 ///     const std::int32_t cell = d.add_cell(3, 7);
 ///     d.add_known_neighbor(cell, red_green_blue);
 ///     d.solve(4);
-///     d.color(cell)[0];
+///     d.value(cell)[0];
+template <std::size_t Channels>
 class diffusion {
 public:
-    /// red, green, blue in 0 to 255, and a fourth value that fills up a vector register.
-    using color_type = std::array<float, 4>;
+    /// The channels, and one value more that is of use only in here: with three channels they fill a vector register.
+    using value_type = std::array<float, Channels + 1>;
 
     /// Forgets all cells.
     void start() {
@@ -39,11 +41,12 @@ public:
     /// one position.
     std::int32_t add_cell(std::int32_t x, std::int32_t y) { return levels_[0].add(x, y); }
 
-    /// Says that a neighbor of the cell has a known color: red, green, blue.
-    void add_known_neighbor(std::int32_t cell, const std::uint8_t* color) {
-        color_type& sum = levels_[0].known[cell];
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(color[c]);
-        sum[3] += 1.0F;
+    /// Says that a neighbor of the cell has known values, one for each channel.
+    template <class Scalar>
+    void add_known_neighbor(std::int32_t cell, const Scalar* values) {
+        value_type& sum = levels_[0].known[cell];
+        for (std::size_t c = 0; c < Channels; ++c) sum[c] += static_cast<float>(values[c]);
+        sum[Channels] += 1.0F;
     }
 
     /// Says which unknown cell lies to the left of the cell.
@@ -54,7 +57,7 @@ public:
     /// The number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all colors with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known color gets the
+    /// Finds all values with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known value gets the
     /// mean of all known ones.
     void solve(int rounds) {
         if (size() == 0) return;
@@ -70,25 +73,24 @@ public:
             if (l + 1 == depth) {
                 here.start_from_known();
             } else {
-                for (std::size_t i = 1; i < here.value.size(); ++i)
-                    here.value[i] = levels_[l + 1].value[here.parent[i]];
+                for (std::size_t i = 1; i < here.value.size(); ++i) here.value[i] = levels_[l + 1].value[here.parent[i]];
             }
             here.prepare();
             for (int round = 0; round < rounds; ++round) here.relax(round % 2 == 1);
         }
     }
 
-    /// The color of a cell, once solved.
-    const color_type& color(std::int32_t cell) const { return levels_[0].value[cell]; }
+    /// The values of a cell, once solved.
+    const value_type& value(std::int32_t cell) const { return levels_[0].value[cell]; }
 
 private:
     static constexpr std::size_t upwards = 0, downwards = 1, to_left = 2, to_right = 3;
 
-    /// Cell 0 is black and stands for every neighbor that does not exist.
+    /// Cell 0 is zero and stands for every neighbor that does not exist.
     struct level {
-        buffer<color_type> value;
+        buffer<value_type> value;
         /// Sum over known neighbors, and their number; after prepare(), 1 / number of all neighbors.
-        buffer<color_type> known;
+        buffer<value_type> known;
         buffer<std::array<std::int32_t, 4>> links;
         buffer<std::array<std::int32_t, 2>> position;
         buffer<std::int32_t> parent;
@@ -115,32 +117,31 @@ private:
 
         /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
-            if (links[a][from_a] == 0 && links[b][from_b] == 0)
-                link(a, b, from_a, from_b);
+            if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
 
         bool all_border_on_known() const {
             for (std::size_t i = 1; i < known.size(); ++i)
-                if (known[i][3] == 0.0F) return false;
+                if (known[i][Channels] == 0.0F) return false;
             return true;
         }
 
         void start_from_known() {
-            color_type all{};
-            for (const color_type& k : known)
-                for (std::size_t c = 0; c < 4; ++c) all[c] += k[c];
+            value_type all{};
+            for (const value_type& k : known)
+                for (std::size_t c = 0; c < Channels + 1; ++c) all[c] += k[c];
             for (std::size_t i = 1; i < value.size(); ++i) {
-                const color_type& from = known[i][3] > 0.0F ? known[i] : all;
-                for (std::size_t c = 0; c < 3; ++c) value[i][c] = from[3] > 0.0F ? from[c] / from[3] : 0.0F;
+                const value_type& from = known[i][Channels] > 0.0F ? known[i] : all;
+                for (std::size_t c = 0; c < Channels; ++c) value[i][c] = from[Channels] > 0.0F ? from[c] / from[Channels] : 0.0F;
             }
         }
 
         void prepare() {
             for (std::size_t i = 1; i < value.size(); ++i) {
-                float neighbors = known[i][3];
+                float neighbors = known[i][Channels];
                 for (std::int32_t other : links[i]) neighbors += other != 0 ? 1.0F : 0.0F;
                 if (neighbors == 0.0F) known[i] = value[i], neighbors = 1.0F;  // stays as it is
-                known[i][3] = 1.0F / neighbors;
+                known[i][Channels] = 1.0F / neighbors;
             }
         }
 
@@ -148,13 +149,14 @@ private:
             const std::size_t count = value.size();
             for (std::size_t step = 1; step < count; ++step) {
                 const std::size_t i = backwards ? count - step : step;
-                const color_type& up = value[links[i][upwards]];
-                const color_type& down = value[links[i][downwards]];
-                const color_type& left = value[links[i][to_left]];
-                const color_type& right = value[links[i][to_right]];
-                const color_type& k = known[i];
-                color_type mean;
-                for (std::size_t c = 0; c < 4; ++c) mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[3];
+                const value_type& up = value[links[i][upwards]];
+                const value_type& down = value[links[i][downwards]];
+                const value_type& left = value[links[i][to_left]];
+                const value_type& right = value[links[i][to_right]];
+                const value_type& k = known[i];
+                value_type mean;
+                for (std::size_t c = 0; c < Channels + 1; ++c)
+                    mean[c] = (k[c] + ((up[c] + down[c]) + (left[c] + right[c]))) * k[Channels];
                 value[i] = mean;
             }
         }
@@ -170,8 +172,8 @@ private:
             if (parent == 0 && y % 2 == 1) parent = fine.parent[fine.links[i][upwards]];
             if (parent == 0) parent = coarse.add(x / 2, y / 2);
             fine.parent[i] = parent;
-            color_type& known = coarse.known[parent];
-            for (std::size_t c = 0; c < 4; ++c) known[c] += known_weight * fine.known[i][c];
+            value_type& known = coarse.known[parent];
+            for (std::size_t c = 0; c < Channels + 1; ++c) known[c] += known_weight * fine.known[i][c];
         }
         for (std::size_t i = 1; i < fine.value.size(); ++i) {
             const std::int32_t here = fine.parent[i];

@@ -2,8 +2,8 @@
 // neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/memory.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -38,15 +38,13 @@ constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::d
 ///
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
-    std::int32_t width = 0, height = 0;               ///< of the lattice
+    std::int32_t width = 0, height = 0;          ///< of the lattice
     buffer<std::int32_t> x, y;                   ///< position, K each
     buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
 
-    buffer<std::int32_t>& neighbors(side s) {
-        return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s));
-    }
+    buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
     const buffer<std::int32_t>& neighbors(side s) const {
         switch (s) {
             case side::up: return up;

@@ -1,5 +1,5 @@
-// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes in
-// without a copy, and return an `image`, which owns its values.
+// Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
+// in without a copy, and return an `image`, which owns its values.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -12,8 +12,8 @@
 
 namespace ldi {
 
-/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot change
-/// them, and is what stages take.
+/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot
+/// change them, and is what stages take.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
@@ -24,13 +24,16 @@ public:
     image_view() = default;
     /// row_stride  values from a row to the next; 0 for rows without a gap
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
-        : data_(data), height_(height), width_(width), channels_(channels), row_stride_(row_stride == 0 ? width * channels : row_stride) {
+        : data_(data),
+          height_(height),
+          width_(width),
+          channels_(channels),
+          row_stride_(row_stride == 0 ? width * channels : row_stride) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
     /// What may be changed may be read.
     template <class Other>
-        requires(std::is_const_v<Scalar> && std::is_same_v<Other, value_type>)
-    image_view(const image_view<Other>& other)
+    requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
 
     std::size_t height() const { return height_; }
@@ -48,7 +51,8 @@ public:
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) const {
-        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ && static_cast<std::size_t>(c) < channels_);
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ &&
+                   static_cast<std::size_t>(c) < channels_);
         return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
     }
 
@@ -87,7 +91,8 @@ public:
           channels_(std::exchange(other.channels_, 0)) {}
     image& operator=(image&& other) noexcept {
         values_ = std::move(other.values_);
-        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0), channels_ = std::exchange(other.channels_, 0);
+        height_ = std::exchange(other.height_, 0), width_ = std::exchange(other.width_, 0),
+        channels_ = std::exchange(other.channels_, 0);
         return *this;
     }
 

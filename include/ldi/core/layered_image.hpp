@@ -2,8 +2,8 @@
 // by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
@@ -153,11 +153,18 @@ private:
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A layered image, with whatever columns, that has these among them.
-template <class Layers, class... Columns>
-concept has_columns = (std::remove_cvref_t<Layers>::template has<Columns> && ...);
+/// A layered image that has this column.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
 
-/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces behind.
+/// A layered image that has these columns, and maybe more.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
+
+/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces
+/// behind.
 template <payload_column... Columns>
 class single_layer : public layered_image<Columns...> {
 public:

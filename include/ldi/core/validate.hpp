@@ -14,12 +14,12 @@ namespace ldi {
 
 /// The invariants of a graph, in the order in which they are checked.
 enum class invariant {
-    equal_columns,       ///< all six columns have the same length
-    inside_lattice,      ///< 0 <= x < width and 0 <= y < height
+    equal_columns,      ///< all six columns have the same length
+    inside_lattice,     ///< 0 <= x < width and 0 <= y < height
     neighbor_in_range,  ///< a neighbor is no_pixel or the index of a pixel
-    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
-    canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
+    mutual_links,       ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,      ///< a neighbor lies one step to its side
+    canonical_order,    ///< pixels stand in canonical order; only checked by validate_canonical
 };
 
 constexpr std::string_view to_string(invariant i) {

@@ -2,10 +2,11 @@
 // (paper, section "Depth Pre-processing", connected components).
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
 
 #include <algorithm>
@@ -22,13 +23,9 @@ struct middle_component_options {
 
 namespace detail {
 
-// A maximal piece of a row whose neighboring pixels are connected: pixels [first, last) of row y.
-struct pixel_run {
-    std::int32_t y, first, last;
-};
-
-// Pixels of the photo that are connected, as runs and the component of each run.
+// Pixels of the photo that are connected, as runs and the component of each run. Pixel (x, y) has index y * columns + x.
 struct image_components {
+    std::int32_t columns = 0;
     buffer<pixel_run> runs;
     buffer<std::size_t> row_start;  // the first run of each row, and one past the last
     buffer<std::int32_t> label;     // the component of each run
@@ -36,15 +33,17 @@ struct image_components {
     std::int32_t at(std::int32_t x, std::int32_t y) const {
         const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
         const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
-        const auto after =
-            std::upper_bound(first, last, x, [](std::int32_t value, const pixel_run& r) { return value < r.first; });
+        const auto after = std::upper_bound(first, last, y * columns + x,
+                                            [](std::int32_t value, const pixel_run& r) { return value < r.first; });
         return label[after - runs.begin() - 1];
     }
 };
 
 inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
+                       columns = static_cast<std::int32_t>(disparity.width());
     image_components found;
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
+    found.columns = columns;
     disjoint_sets sets;
     std::size_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
@@ -53,7 +52,7 @@ inline image_components find_components(image_view<const float> disparity, surfa
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
             if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
-                found.runs.push_back({y, start, x + 1});
+                found.runs.push_back({y * columns + start, y * columns + x + 1});
                 sets.add();
                 start = x + 1;
             }
@@ -61,13 +60,15 @@ inline image_components find_components(image_view<const float> disparity, surfa
         for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
-            for (std::int32_t x = std::max(a.first, b.first); x < std::min(a.last, b.last); ++x)
+            const std::int32_t row = y * columns, row_above = row - columns;
+            for (std::int32_t x = std::max(a.first - row_above, b.first - row); x < std::min(a.last - row_above, b.last - row);
+                 ++x)
                 if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
                 }
-            if (a.last <= b.last) ++above;
-            if (b.last <= a.last) ++run;
+            const bool above_ends = a.last + columns <= b.last, here_ends = b.last <= a.last + columns;
+            above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
         }
         above_first = first, above_last = found.runs.size();
     }
@@ -79,11 +80,12 @@ inline image_components find_components(image_view<const float> disparity, surfa
 // The pixels of one small component.
 struct small_component {
     buffer<pixel_run> runs;
+    std::int32_t columns = 0;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
         for (const pixel_run& r : runs)
-            for (std::int32_t x = r.first; x < r.last; ++x) visit(x, r.y);
+            for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
     }
 };
 
@@ -97,13 +99,14 @@ struct small_component {
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()), columns = static_cast<std::int32_t>(disparity.width());
+    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
+                       columns = static_cast<std::int32_t>(disparity.width());
 
     buffer<std::int32_t> size, small_index;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (label >= size.size()) size.resize(label + 1, 0);
-        size[label] += components.runs[r].last - components.runs[r].first;
+        size[label] += components.runs[r].size();
     }
     buffer<detail::small_component> small;
     small_index.assign(size.size(), -1);
@@ -112,7 +115,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         if (size[label] >= options.smallest_size) continue;
         if (small_index[label] < 0) {
             small_index[label] = static_cast<std::int32_t>(small.size());
-            small.emplace_back();
+            small.emplace_back().columns = columns;
         }
         small[small_index[label]].runs.push_back(components.runs[r]);
     }
@@ -125,7 +128,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     std::size_t merged = 0;
     buffer<assignment> pending, next;
     for (const detail::small_component& component : small) {
-        const std::int32_t label = components.at(component.runs.front().first, component.runs.front().y);
+        const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
         // Every pixel side on the component's boundary, with the pixel across it.
         const auto for_each_contact = [&](auto&& visit) {
             component.for_each_pixel([&](std::int32_t x, std::int32_t y) {

@@ -3,10 +3,10 @@
 // weighted mean next to depth edges, so that no values appear between the two sides.
 #pragma once
 
-#include <ldi/base/memory.hpp>
-#include <ldi/base/four_floats.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/four_floats.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -93,7 +93,8 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
               std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()) + " and " +
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
+                  std::to_string(photo.channels()));
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
@@ -165,7 +166,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
                             const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
                             const float fx = at_x - floor_x, fy = at_y - floor_y;
                             result.row(y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-                                                fy * ((1.0F - fx) * below[left] + fx * below[right]);
+                                               fy * ((1.0F - fx) * below[left] + fx * below[right]);
                             continue;
                         }
                         around.weigh(at_x, at_y, photo.row(y) + 3 * x, spatial_falloff, color_falloff, weight);

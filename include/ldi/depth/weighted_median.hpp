@@ -7,10 +7,10 @@
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 #pragma once
 
-#include <ldi/base/memory.hpp>
-#include <ldi/base/four_floats.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/four_floats.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -215,11 +215,11 @@ private:
 
 /// disparity  H x W x 1, finite
 ///
-/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel none of
-/// whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
+/// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
+/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
 template <executor Executor = const serial_executor>
-image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {}, const weighted_median_options& options = {},
-                             Executor&& threads = {}) {
+image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
+                             const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
         raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));

@@ -2,9 +2,9 @@
 // NAME.pb has the operators, NAME_init.pb the weights. Needs protozero, a header-only reader of protocol buffers, and exceptions.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/formats/detail/caffe2_message.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 
@@ -109,7 +109,7 @@ private:
 struct constant {
     buffer<std::int64_t> shape;
     quantization values;
-    std::string_view bytes;              ///< Int8GivenTensorFill
+    std::string_view bytes;         ///< Int8GivenTensorFill
     buffer<std::int32_t> integers;  ///< Int8GivenIntTensorFill
     bool is_used = false;
 };

@@ -2,8 +2,8 @@
 // in the metadata what kind of network they are.
 #pragma once
 
-#include <ldi/base/printable.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/formats/file.hpp>
 #include <ldi/formats/safetensors.hpp>
 #include <ldi/kernels/isa.hpp>

@@ -2,9 +2,9 @@
 // every viewer reads; KHR_materials_unlit is declared as used, not as required.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/formats/detail/picture_format.hpp>
 #include <ldi/formats/file.hpp>
 #include <ldi/mesh/textured_mesh.hpp>

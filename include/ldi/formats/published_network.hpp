@@ -1,8 +1,8 @@
 // Loads the depth network as its authors published it: https://github.com/facebookresearch/one_shot_3d_photography, folder model.
 #pragma once
 
-#include <ldi/formats/file.hpp>
 #include <ldi/formats/caffe2.hpp>
+#include <ldi/formats/file.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 
 #include <cstddef>

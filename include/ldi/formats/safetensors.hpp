@@ -2,9 +2,9 @@
 // the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/formats/file.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 

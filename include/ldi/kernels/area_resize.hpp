@@ -2,9 +2,9 @@
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
@@ -89,8 +89,7 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     sums.assign(horizontal.covers.size() * channels, 0.0F);
     const area_weights::cover& rows = vertical.covers[y];
     for (std::size_t i = 0; i < rows.count; ++i)
-        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i],
-                     sums.data());
+        add_area_row(horizontal, source.row(rows.first + i), channels, vertical.weights[rows.weight + i], sums.data());
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
@@ -105,8 +104,7 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
     image<std::uint8_t> result(result_height, result_width, source.channels(), unset);
     parallel_for(threads, result_height, 8, [&](std::size_t first, std::size_t last) {
         buffer<float> sums;
-        for (std::size_t y = first; y < last; ++y)
-            area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
+        for (std::size_t y = first; y < last; ++y) area_resize_row(horizontal, vertical, y, source, sums, result.row(y));
     });
     return result;
 }

@@ -2,13 +2,13 @@
 // every vertex is lifted along its ray according to its disparity.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
-#include <ldi/charts/charts.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <algorithm>
@@ -27,7 +27,9 @@ namespace detail {
 class pixel_finder {
 public:
     pixel_finder(const graph& g, std::span<const float> disparity)
-        : graph_(g), disparity_(disparity), shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
+        : graph_(g),
+          disparity_(disparity),
+          shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
     void show(const chart& c) {
@@ -75,9 +77,9 @@ private:
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
 template <payload_column... Columns, executor Executor = const serial_executor>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-textured_mesh build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const mesh_options& options = {}, Executor&& threads = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> textured_mesh
+build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
+           const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;
@@ -95,9 +97,10 @@ textured_mesh build_mesh(const layered_image<Columns...>& layers, const chart_se
         index_count += c.triangles.size();
     }
     textured_mesh mesh;
-    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count), mesh.pixels.reserve(vertex_count),
-        mesh.triangles.reserve(index_count);
-    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()), v_scale = 1.0F / static_cast<float>(atlas.color.height());
+    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
+        mesh.pixels.reserve(vertex_count), mesh.triangles.reserve(index_count);
+    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()),
+                v_scale = 1.0F / static_cast<float>(atlas.color.height());
     // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
     buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
     detail::pixel_finder finder(g, disparity);

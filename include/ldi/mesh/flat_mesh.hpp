@@ -2,9 +2,10 @@
 // Figure "meshing" a to d).
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
 #include <ldi/mesh/flip.hpp>
@@ -12,7 +13,6 @@
 #include <ldi/mesh/simplify.hpp>
 #include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/triangulate.hpp>
-#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -31,7 +31,7 @@ struct mesh_options {
 
 /// The triangles of one chart, in the plane of the photo.
 struct chart_mesh {
-    buffer<std::int32_t> outline;   ///< its first vertices: indices of corners in chart_outlines, loop by loop
+    buffer<std::int32_t> outline;        ///< its first vertices: indices of corners in chart_outlines, loop by loop
     std::int32_t first_stud_vertex = 0;  ///< its other vertices: stud_set::vertices from here on
     std::int32_t stud_vertex_count = 0;
     buffer<std::uint32_t> triangles;  ///< F x 3 indices into the two, counter-clockwise on screen
@@ -63,8 +63,7 @@ struct chart_polygon {
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
             const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[l];
-                 s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
                 const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
@@ -85,8 +84,7 @@ struct chart_polygon {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
             const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
-            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v)
-                add(studs.vertices[v], box);
+            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
     }
@@ -124,8 +122,7 @@ public:
             do {
                 v = next;
                 next = shape.next[v];
-                const lattice_point a = shape.points[v],
-                                    b = shape.points[next];
+                const lattice_point a = shape.points[v], b = shape.points[next];
                 twice_area += std::int64_t{a.x} * b.y - std::int64_t{b.x} * a.y;
             } while (next != loop_start);
             ++v;
@@ -193,8 +190,7 @@ private:
             const boundary_edge e = outline_.edges[edge];
             const auto [first, last] = boundary_.left_out(e);
             for (std::int32_t end : {other, outline_.shape.next[other]}) {
-                const outline_corner& target =
-                    flat_.outlines.corners[outline_.corners[end]];
+                const outline_corner& target = flat_.outlines.corners[outline_.corners[end]];
                 for (std::int32_t c = first; c < last; ++c) {
                     const outline_corner& corner = flat_.outlines.corners[c];
                     if (corner.x != target.x || corner.y != target.y) continue;

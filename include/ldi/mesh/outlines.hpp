@@ -4,9 +4,9 @@
 
 #include <ldi/base/memory.hpp>
 #include <ldi/base/stable_sort.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
-#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -169,9 +169,7 @@ private:
     };
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
-    bool is_traced(pixel_side e) const {
-        return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0;
-    }
+    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0; }
     void set_traced(pixel_side e) {
         std::uint8_t& byte = result_.boundary_sides[e.pixel];
         byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
@@ -198,8 +196,7 @@ private:
             area += std::int64_t{before->x} * (to.y - before->y);  // steps follow the lattice, so this is exact
             before = &to;
         };
-        for (std::int32_t i = 0; i < piece.inner_count; ++i)
-            advance(result_.corners[piece.first_inner + i]);
+        for (std::int32_t i = 0; i < piece.inner_count; ++i) advance(result_.corners[piece.first_inner + i]);
         advance(result_.corners[piece.end]);
         return area;
     }

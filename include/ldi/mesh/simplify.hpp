@@ -2,9 +2,9 @@
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/mesh/outlines.hpp>
 
 #include <algorithm>

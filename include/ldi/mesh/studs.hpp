@@ -8,13 +8,13 @@
 // (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra ones.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/stable_sort.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/camera.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/outlines.hpp>
-#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@ namespace ldi {
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
     buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
-    buffer<std::int32_t> pixels;             ///< V; a pixel of the layered image that each vertex is a corner of or lies in
+    buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
 
     std::size_t vertex_count() const { return positions.size() / 3; }

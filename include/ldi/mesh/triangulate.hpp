@@ -4,8 +4,8 @@
 // are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/memory.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -244,8 +244,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
     for (std::size_t event = first_event; event < last_event; ++event) {
         const std::int32_t v = vertex_of(event);
         bool has_edge = false;
-        for (const auto& [from, to] :
-             {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
+        for (const auto& [from, to] : {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
             if (from < 0 || to < 0) continue;
             has_edge = true;
             const lattice_point other = shape.points[from == v ? to : from];

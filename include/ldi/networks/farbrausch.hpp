@@ -3,9 +3,10 @@
 // formats/farbrausch_file.hpp loads it from a file.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/kernels/isa.hpp>
@@ -45,25 +46,25 @@ public:
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
-    /// watcher is told of progress as stage "color inpainting"
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    void inpaint(Layers& layers, Executor& threads, const observer& watcher = {}) const;
+    /// progress  is told of stage "color inpainting"
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
     /// known   H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
-    template <executor Executor>
-    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
-                                const observer& watcher = {}) const;
+    template <executor Executor = const serial_executor>
+    image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
+                                const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
     /// blue, in [0, 1] as it learned them.
     ///
     /// wanted  one a pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
-                               const observer& watcher = {}) const;
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
+                         Executor&& threads = {}) const;
 
     const farbrausch_architecture& architecture() const { return architecture_; }
 
@@ -91,7 +92,7 @@ private:
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
     buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                   buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     farbrausch_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
@@ -111,12 +112,15 @@ inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architect
 }
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
-buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, Executor& threads,
-                                       const observer& watcher) const {
+buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
+                                 Executor&& threads) const {
     LDI_ASSERT(wanted.size() == layers.size());
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
-    watcher.report(stage_name, 0.1F);
-    detail::smooth_fills fills = detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels, architecture_.growth, threads).run();
+    progress.report(stage_name, 0.1F);
+    detail::smooth_fills fills =
+        detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels,
+                              architecture_.growth, threads)
+            .run();
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -124,7 +128,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { watcher.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
+    const auto report = [&] { progress.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
     report();
     const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
@@ -134,8 +138,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
 template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                           buffer<detail::farbrausch_level>& levels, Executor& threads,
-                                           Report&& report) const {
+                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_convolution_source<value_type>;
     buffer<feature_map<value_type>> encoded(depth() + 1);
@@ -180,11 +183,11 @@ buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weig
 }
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
-void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watcher) const {
+void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
-    const buffer<float> values = colors(layers, wanted, threads, watcher);
+    const buffer<float> values = colors(layers, wanted, progress, threads);
     buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -193,15 +196,16 @@ void farbrausch::inpaint(Layers& layers, Executor& threads, const observer& watc
 }
 
 template <executor Executor>
-image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known, Executor& threads,
-                                        const observer& watcher) const {
-    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() && color.width() == known.width());
+image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
+                                        const progress_listener& progress, Executor&& threads) const {
+    LDI_ASSERT(color.channels() == 3 && known.channels() == 1 && color.height() == known.height() &&
+               color.width() == known.width());
     photo_layers layers(make_grid(static_cast<std::int32_t>(color.width()), static_cast<std::int32_t>(color.height())));
     for (std::size_t y = 0; y < color.height(); ++y) {
         std::copy_n(color.row(y), 3 * color.width(), layers.column<color_column>().data() + 3 * y * color.width());
         std::copy_n(known.row(y), color.width(), layers.column<known_column>().data() + y * color.width());
     }
-    inpaint(layers, threads, watcher);
+    inpaint(layers, progress, threads);
     image<std::uint8_t> result(color.height(), color.width(), 3, unset);
     std::copy(layers.column<color_column>().begin(), layers.column<color_column>().end(), result.begin());
     return result;

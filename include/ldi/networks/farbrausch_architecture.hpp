@@ -1,9 +1,9 @@
 // What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -18,8 +18,8 @@ namespace ldi {
 struct farbrausch_architecture {
     buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                         ///< passes that carry colors on at the coarsest level
-    float leak = 0.2F;                                      ///< of the decoder's activation, below 0
+    int growth = 4;                                    ///< passes that carry colors on at the coarsest level
+    float leak = 0.2F;                                 ///< of the decoder's activation, below 0
 };
 
 /// What a network computes with. Colors that were inpainted differ from those in float32 by less than can be seen:

@@ -3,10 +3,11 @@
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
-#include <ldi/base/memory.hpp>
-#include <ldi/base/printable.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+#include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/networks/detail/exponential.hpp>
@@ -69,7 +70,8 @@ public:
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
         if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " + std::to_string(photo.channels()));
+                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
+                      std::to_string(photo.channels()));
         const tensor_size size = network_size({photo.height(), photo.width()});
         return area_resize(photo, size.height, size.width, threads);
     }
@@ -94,9 +96,7 @@ public:
     }
 
     /// As quantized_network::describe_steps().
-    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const {
-        return network_.describe_steps(rgb);
-    }
+    buffer<quantized_network::step_description> describe_steps(tensor_size rgb) const { return network_.describe_steps(rgb); }
 
     isa target() const { return network_.target(); }
 
@@ -104,12 +104,13 @@ public:
     std::size_t working_bytes(tensor_size rgb, std::size_t threads) const { return network_.working_bytes(rgb, threads); }
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
-    /// follow  is told of progress as stage "depth estimation"
+    /// progress  is told of stage "depth estimation"
     /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
-    template <executor Executor>
-    image<float> disparity(image_view<const std::uint8_t> photo, Executor& threads, const observer& follow = {}) const {
-        const auto progress = [&](float fraction) { follow.report("depth estimation", fraction); };
-        return disparity_of(levels(resize_for_network(photo, threads), threads, progress));
+    template <executor Executor = const serial_executor>
+    image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
+                           Executor&& threads = {}) const {
+        const auto report = [&](float fraction) { progress.report("depth estimation", fraction); };
+        return disparity_of(levels(resize_for_network(photo, threads), threads, report));
     }
 
     /// What the values of levels() stand for, same shape.

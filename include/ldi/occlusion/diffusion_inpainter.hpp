@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/executor.hpp>
+#include <ldi/base/progress.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
 
@@ -20,13 +21,13 @@ struct diffusion_inpainter {
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set. A surface without any known pixel
     ///         gets the mean of the known colors next to unknown ones elsewhere.
-    template <has_columns<color_column, known_column> Layers, executor Executor>
-    void inpaint(Layers& layers, Executor&, const observer& watcher = {}) const {
-        detail::diffuse_unknown(
+    template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
+    void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
+        detail::diffuse_unknown<3>(
             layers.topology, layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
-            [&] { watcher.report("color inpainting", 0.3F); },
-            [&](std::int32_t pixel, const diffusion::color_type& color) {
+            [&] { progress.report("color inpainting", 0.3F); },
+            [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
                     layers.template at<color_column>(pixel)[c] =
                         static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));

@@ -174,8 +174,8 @@ private:
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+requires has_columns<layered_image<Columns...>, disparity_column> buffer<discontinuity_curve> find_discontinuity_curves(
+    const single_layer<Columns...>& layer, const curve_options& options = {}) {
     const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const detail::curves::tracer tracer(layer.topology, disparity);
@@ -185,8 +185,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner))
-            farthest = std::min(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = std::min(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {

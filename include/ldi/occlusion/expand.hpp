@@ -2,8 +2,9 @@
 // curve as one front (paper, section "Occluded Surface Hallucination").
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/progress.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
@@ -128,14 +129,13 @@ private:
 /// curves  of the same layer
 ///
 /// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
-/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says itself
-/// what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity, first_new)`, if given, sees the
-/// unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says
+/// itself what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
+/// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-    requires has_columns<layered_image<Columns...>, disparity_column>
-layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
-                                 const expand_options& options = {}, const observer& watcher = {},
-                                 AfterIteration&& after_iteration = nullptr) {
+requires has_columns<layered_image<Columns...>, disparity_column> layered_image<Columns...> expand(
+    single_layer<Columns...> layer, std::span<const discontinuity_curve> curves, const expand_options& options = {},
+    const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
     detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
@@ -143,7 +143,7 @@ layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const
         expansion.run_iteration(i);
         if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
             expansion.pixels().show(after_iteration);
-        watcher.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
+        progress.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
     }
     return expansion.pixels().merge_into(layer);
 }

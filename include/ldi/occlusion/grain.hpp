@@ -9,8 +9,8 @@
 // depends on a pixel's position alone: a result is always the same.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
@@ -113,16 +113,16 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
     const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
-    std::array<std::uint8_t, 3> root;  // of the noise around, relative to the limit; diffusion takes three values, all the same
-    detail::diffuse_unknown(
+    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    detail::diffuse_unknown<1>(
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root.fill(static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F)))));
-            return root.data();
+            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F))));
+            return &root;
         },
         [] {},
-        [&](std::int32_t pixel, const diffusion::color_type& diffused) {
+        [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
             const float part = diffused[0] / 255.0F;
             const std::size_t i = static_cast<std::size_t>(pixel);
             const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);

@@ -18,9 +18,9 @@ namespace ldi {
 /// color     H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and distances go from
-/// 1 to 10, until the caller says better. Raises error_code::mismatch
-/// if the images differ in size or have no pixel, error_code::too_large if they have 2^31 or more.
+/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
+/// distances go from 1 to 10, until the caller says better. Raises error_code::mismatch if the images differ in size or have no
+/// pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
                  Executor&& threads = {}) {
@@ -29,7 +29,8 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
-                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()));
+                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
+                  std::to_string(disparity.channels()));
     if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 

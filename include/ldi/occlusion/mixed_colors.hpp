@@ -28,13 +28,13 @@ template <payload_column... Columns>
 void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
     buffer<std::uint8_t>& known = layers.template column<known_column>();
     const graph& g = layers.topology;
+    enum class mark : std::uint8_t { none, visited, refillable };
+    buffer<mark> marks(known.size());
     // rings[d]: the known pixels d steps away from the edge
     buffer<buffer<std::int32_t>> rings(1);
-    constexpr std::uint8_t visited = 2;
     const auto visit = [&](std::int32_t pixel, buffer<std::int32_t>& ring) {
-        std::uint8_t& state = known[pixel];
-        if (state != 1) return;
-        state = visited;
+        if (known[pixel] == 0 || marks[pixel] != mark::none) return;
+        marks[pixel] = mark::visited;
         ring.push_back(pixel);
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
@@ -46,23 +46,21 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
         rings.push_back(std::move(next));
     }
     // The outermost ring is known for certain. Inwards, a pixel becomes unknown if one step outwards there is such a pixel.
-    constexpr std::uint8_t refillable = 3;
-    for (std::int32_t pixel : rings.back()) known[pixel] = refillable;
+    for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
         for (std::int32_t outer : rings[d + 1]) {
-            if (known[outer] != refillable) continue;
+            if (marks[outer] != mark::refillable) continue;
             for (side s : all_sides) {
                 const std::int32_t neighbor = g.neighbor(outer, s);
-                if (neighbor != no_pixel && known[neighbor] == visited) accepted.push_back(neighbor);
+                if (neighbor != no_pixel && marks[neighbor] == mark::visited) accepted.push_back(neighbor);
             }
         }
-        for (std::int32_t pixel : accepted) known[pixel] = refillable;
+        for (std::int32_t pixel : accepted) marks[pixel] = mark::refillable;
         rings[d].swap(accepted);
     }
     for (std::size_t d = 0; d + 1 < rings.size(); ++d)
         for (std::int32_t pixel : rings[d]) known[pixel] = 0;
-    for (std::uint8_t& state : known) state = state != 0 ? 1 : 0;
 }
 
 }  // namespace detail
@@ -71,7 +69,7 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, disparity_column, known_column>
+requires has_columns<layered_image<Columns...>, disparity_column, known_column>
 void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
@@ -84,8 +82,7 @@ void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_optio
     const std::int32_t count = static_cast<std::int32_t>(g.size());
     for (std::int32_t i = 0; i < count; ++i) {
         if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
-        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height)
-            add(i, i + g.width);
+        if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width);
     }
     detail::mark_margin(layers, foreground, options.foreground_margin);
     detail::mark_margin(layers, background, options.background_margin);

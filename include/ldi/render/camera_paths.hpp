@@ -2,8 +2,8 @@
 // the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
 #pragma once
 
-#include <ldi/core/camera.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/render/camera.hpp>
 
 #include <algorithm>

@@ -50,7 +50,7 @@ rendering render_layers(const Layers& layers, const view& taken_from, const dept
 
 template <has_columns<color_column, disparity_column, known_column> Layers>
 rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                               const raster_options& options = {}) {
+                        const raster_options& options = {}) {
     serial_executor serial;
     return render_layers(layers, taken_from, range, from, options, serial);
 }

@@ -2,10 +2,10 @@
 // camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 #pragma once
 
-#include <ldi/base/memory.hpp>
-#include <ldi/core/canonical_order.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/core/canonical_order.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/pixel_squares.hpp>
@@ -31,8 +31,8 @@ struct peel_options {
 /// A layered image of the camera that it was peeled from, with all columns of the one that was peeled.
 template <class Layers>
 struct peeled_layers {
-    Layers layers;        ///< in canonical order
-    depth_range range;    ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
+    Layers layers;      ///< in canonical order
+    depth_range range;  ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
 };
 
 namespace detail {
@@ -45,8 +45,8 @@ struct fragment {
 };
 
 /// The fragments of the rows [first_row, last_row), by position, then nearest first.
-inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band,
-                                       std::int64_t first_row, std::int64_t last_row, std::int64_t width, bool both_sides) {
+inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band, std::int64_t first_row,
+                                  std::int64_t last_row, std::int64_t width, bool both_sides) {
     buffer<fragment> result;
     for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
         const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
@@ -100,12 +100,13 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 ///
-/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as render_layers() does,
-/// and too_large if there are 2^31 pixels or more.
+/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as
+/// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
-                   const peel_options& options, Executor& threads) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                                  const depth_range& range, const view& from, const peel_options& options,
+                                                  Executor& threads) {
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
@@ -180,9 +181,9 @@ peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& l
 }
 
 template <payload_column... Columns>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from, const depth_range& range, const view& from,
-                          const peel_options& options = {}) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
+    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                                  const depth_range& range, const view& from, const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);
 }

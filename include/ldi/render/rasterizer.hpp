@@ -3,8 +3,8 @@
 // pixels.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
@@ -28,7 +28,7 @@ struct raster_options {
 };
 
 struct rendering {
-    image<std::uint8_t> color;    ///< H x W x 3: the mean of the pixel's samples
+    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
     image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
@@ -64,9 +64,9 @@ inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>&
         for (const float value : *values)
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
     if (texture.channels() != 3 || texture.size() == 0)
-        raise(
-            error_code::mismatch, "texture", "3 channels and at least one pixel",
-            std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " + std::to_string(texture.channels()));
+        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
+              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
+                  std::to_string(texture.channels()));
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -103,7 +103,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
 /// The samples of a few rows of pixels.
 struct sample_band {
     std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                     ///< 0 where nothing is
+    buffer<float> inverse_depth;                          ///< 0 where nothing is
     buffer<std::array<std::uint8_t, 3>> color;
 
     sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)

@@ -1,8 +1,8 @@
 // What renderings are put together to: pairs for two eyes, and depth maps.
 #pragma once
 
-#include <ldi/core/camera.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
 

@@ -2,11 +2,11 @@
 // Generation").
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/charts/charts.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
 
@@ -24,10 +24,10 @@ struct atlas_options {
 };
 
 struct texture_atlas {
-    image<std::uint8_t> color;               ///< H x W x 3, sides multiples of 16; gray where no chart is
-    image<texel_kind> kind;                   ///< H x W x 1: where each texel has its color from
+    image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
+    image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
     buffer<chart_placement> placements;  ///< one a chart
-    float fill = 0;                           ///< the share of texels that belong to a pixel of the layered image
+    float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
 };
 
 namespace detail {
@@ -55,9 +55,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <payload_column... Columns, executor Executor = const serial_executor>
-    requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-texture_atlas make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
-                         Executor&& threads = {}) {
+requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column> texture_atlas
+make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
+           Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 

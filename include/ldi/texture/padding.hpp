@@ -4,10 +4,10 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/charts/charts.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
-#include <ldi/charts/charts.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -141,10 +141,9 @@ private:
         }
         diffusion_.solve(rounds);
         for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion::color_type& value = diffusion_.color(static_cast<std::int32_t>(i) + 1);
+            const diffusion<3>::value_type& value = diffusion_.value(static_cast<std::int32_t>(i) + 1);
             for (std::size_t channel = 0; channel < 3; ++channel)
-                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] =
-                    static_cast<std::uint8_t>(value[channel] + 0.5F);
+                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
         }
     }
 
@@ -189,7 +188,7 @@ private:
     texel_kind* kind_;
     std::ptrdiff_t stride_;
     buffer<border_texel> border_, next_border_;
-    diffusion diffusion_;
+    diffusion<3> diffusion_;
     buffer<std::ptrdiff_t> unknown_;  // the texel of each cell of the diffusion
     buffer<std::int32_t> cell_above_, open_blocks_;
 };

@@ -1,11 +1,11 @@
 // A program of its own, compiled with -fno-exceptions -fno-rtti: the handler is called with the four details of an error, and
 // ends the program. Exit code 0 means that it was; anything else, or an abort, that it was not.
 
+#include <ldi/base/error.hpp>
+#include <ldi/base/progress.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/components.hpp>
-#include <ldi/base/error.hpp>
-#include <ldi/base/executor.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/core/validate.hpp>
@@ -38,9 +38,11 @@ int main() {
     std::atomic<std::size_t> covered{0};
     ldi::parallel_for(pool, 1000, 1, [&](std::size_t first, std::size_t last) { covered += last - first; });
     if (covered != 1000) fail("the pool left something out");
-    if (ldi::connected_components(ldi::coarsen(ldi::make_grid(9, 9)).topology).size.front() != 25) fail("wrong graph");
+    if (ldi::connected_components(ldi::coarsen(ldi::make_grid(9, 9), ldi::orphan_rule::adopt_nearest).topology).size.front() !=
+        25)
+        fail("wrong graph");
 
-    ldi::observer stop;
+    ldi::progress_listener stop;
     stop.is_canceled = [](void*) { return true; };
     stop.report("coarsen", 1.0F);
     fail("the report returned");

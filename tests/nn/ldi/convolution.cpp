@@ -175,7 +175,7 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
         if (testing::chance(random, 50)) {
             check_everywhere(g, plan_convolution(g, l.kernel_size), all_pixels(g), l, tensors, false, random);
         } else {
-            const coarsened coarse = coarsen(g);
+            const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
             check_everywhere(g, plan_convolution(g, l.kernel_size, coarse), coarse.kept, l, tensors, false, random);
         }
     });
@@ -294,7 +294,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
 TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in float32, to rounding") {
     testing::for_random_graphs(45, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
-        const coarsened coarse = coarsen(g);
+        const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
         const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
@@ -338,7 +338,7 @@ TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in floa
 TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
-        const coarsened coarse = coarsen(g);
+        const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
         const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
         layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
@@ -357,7 +357,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
         };
         floats coarse_floats, fine_floats;
         const buffer<std::uint8_t> coarse_bytes = any_bytes(coarse.kept.size() * above, quantized[0], coarse_floats),
-                                        fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
+                                   fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
         const convolution_plan plan =
             testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
         const convolution_source exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};

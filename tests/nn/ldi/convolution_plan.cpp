@@ -70,7 +70,7 @@ TEST_CASE("a plan has the window that exploration finds, for every pixel of any 
         REQUIRE(same);
         in_segments += g.size() - plan.irregular.size();
 
-        const coarsened coarse = coarsen(g);
+        const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
         windows = windows_of(plan_convolution(g, kernel_size, coarse));
         REQUIRE(windows.size() == coarse.kept.size());
         for (std::size_t o = 0; o < coarse.kept.size(); ++o)
@@ -100,7 +100,7 @@ TEST_CASE("in an image all but the border is regular, a segment a row") {
         const std::size_t rows = static_cast<std::size_t>(50 - (kernel_size - 1));
         CHECK(plan.segments.size() == rows);
         CHECK(plan.irregular.size() == 200 * 50 - rows * static_cast<std::size_t>(200 - (kernel_size - 1)));
-        const convolution_plan halved = plan_convolution(g, kernel_size, coarsen(g));
+        const convolution_plan halved = plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest));
         CHECK(halved.output_count == 100 * 25);
         CHECK(halved.segments.size() == rows / 2);
     }
@@ -123,8 +123,9 @@ TEST_CASE("a restricted plan has the windows of its outputs and no others, and n
     testing::for_random_graphs(32, 1500, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
-        const convolution_plan plan =
-            testing::chance(random, 50) ? plan_convolution(g, kernel_size) : plan_convolution(g, kernel_size, coarsen(g));
+        const convolution_plan plan = testing::chance(random, 50)
+                                          ? plan_convolution(g, kernel_size)
+                                          : plan_convolution(g, kernel_size, coarsen(g, orphan_rule::adopt_nearest));
         const indices subset = random_subset(random, plan.output_count);
         const convolution_plan restricted = restrict_to(plan, subset);
         const std::vector<indices> all = windows_of(plan), some = windows_of(restricted);

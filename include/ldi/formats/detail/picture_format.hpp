@@ -3,8 +3,8 @@
 // of the picture is there; these functions do.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
 
 #include <zlib.h>
 

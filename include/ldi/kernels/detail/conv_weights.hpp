@@ -3,8 +3,8 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
-#include <ldi/kernels/bfloat16.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/kernels/bfloat16.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 

@@ -17,13 +17,13 @@ struct depthwise_u8_weights {
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;                    ///< the input's zero point: the value of what lies outside the image
-    buffer<std::int16_t> wide;   ///< scalar, WebAssembly: weight minus its zero point
-    buffer<std::int8_t> narrow;  ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;            ///< AVX2: terms that the weights of each unit are split into
-    buffer<std::int32_t> bias;   ///< zero points folded in, in the order of the sums
-    requantization output;                       ///< as in gemm_u8_weights
-    float_requantization fast;                   ///< as in gemm_u8_weights
+    std::uint8_t padding = 0;     ///< the input's zero point: the value of what lies outside the image
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
+    requantization output;        ///< as in gemm_u8_weights
+    float_requantization fast;    ///< as in gemm_u8_weights
 };
 
 namespace detail {

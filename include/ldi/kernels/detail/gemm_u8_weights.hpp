@@ -20,11 +20,11 @@ struct gemm_u8_weights {
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;   ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;  ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;            ///< AVX2: in which the inputs are multiplied
-    buffer<std::int32_t> bias;   ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;                       ///< NEON: its multiplier is negated where `narrow` and `bias` are
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
     float_requantization fast;

@@ -3,10 +3,10 @@
 // its boundary.
 #pragma once
 
-#include <ldi/base/memory.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/charts/charts.hpp>
+#include <ldi/core/graph.hpp>
 
 #include <array>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>

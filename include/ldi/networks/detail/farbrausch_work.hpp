@@ -18,14 +18,14 @@ namespace ldi::detail {
 /// A level of detail, and what the network does there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
-    buffer<std::int32_t> above;  ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
+    buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
-    pixel_subset read;                        ///< where the network reads values: its input, or what the encoder makes of it
-    pixel_subset decoded;                     ///< where the decoder gives a result
-    convolution_plan encode;                  ///< from `read` here to `read` of the next level
-    convolution_plan decode;                  ///< from `read` to `decoded`
+    pixel_subset read;                   ///< where the network reads values: its input, or what the encoder makes of it
+    pixel_subset decoded;                ///< where the decoder gives a result
+    convolution_plan encode;             ///< from `read` here to `read` of the next level
+    convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
@@ -33,7 +33,7 @@ struct farbrausch_level {
 /// kernels  sizes of the encoder's convolutions, one a level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
 inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
-                                                     std::span<const std::uint8_t> wanted) {
+                                                std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
@@ -46,7 +46,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<c
         const regular_pixels regular(g, 3, strips);
         level.average = plan_all(g, 3, regular);
         if (i == depth) break;
-        coarsened next = coarsen(g, orphan_rule::stay);
+        coarsened next = coarsen(g);
         level.average_coarse = plan_kept(g, 3, next, regular);
         if (kernels[i] != 3) encode[i] = plan_kept(g, kernels[i], next, regular_pixels(g, kernels[i], strips));
         level.above = std::move(next.parent);
@@ -63,8 +63,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<c
         mark_needed_inputs(level.decode, read_marks[i]);
         buffer<std::uint8_t> above_marks(levels[i + 1].pixel_count, 0);
         for (std::size_t pixel = 0; pixel < level.pixel_count; ++pixel)
-            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel)
-                above_marks[level.above[pixel]] = 1;
+            if (read_marks[i][pixel] != 0 && level.above[pixel] != no_pixel) above_marks[level.above[pixel]] = 1;
         levels[i + 1].decoded = pixel_subset::marked(above_marks);
     }
     // The encoder, from the coarsest level back up: what it makes for the decoder, and for its own next stage.

@@ -2,10 +2,10 @@
 // image. examples/training/farbrausch/README.md says what they are, step by step.
 #pragma once
 
-#include <ldi/base/four_floats.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/core/layered_image.hpp>
+#include <ldi/base/four_floats.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/core/layered_image.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
 
 #include <algorithm>
@@ -98,13 +98,9 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels, int growth,
-                  Executor& threads)
-        : colors_(colors),
-          known_(known),
-          levels_(levels),
-          growth_(growth),
-          threads_(threads) {
+    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels,
+                  int growth, Executor& threads)
+        : colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = static_cast<float>(v) / 255.0F;
     }
 
@@ -141,8 +137,7 @@ private:
     }
 
     /// What is known, and elsewhere the color above.
-    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above,
-                              const masked_colors& known) const {
+    masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i)
@@ -183,7 +178,7 @@ private:
 
     template <class Else>
     static masked_color above_or(const masked_colors& coarse, const buffer<std::int32_t>& above, std::int32_t pixel,
-                                  Else&& otherwise) {
+                                 Else&& otherwise) {
         const std::int32_t from = above[pixel];
         if (from != no_pixel) {
             const masked_color color = coarse[from];

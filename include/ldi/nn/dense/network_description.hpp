@@ -18,7 +18,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;             ///< each output channel sees its own input channel only
+    bool depthwise = false;        ///< each output channel sees its own input channel only
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale

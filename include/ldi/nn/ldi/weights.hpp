@@ -1,10 +1,10 @@
-// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes from it
-// what it needs, and every tensor's type and shape are checked when it is taken.
+// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
+// from it what it needs, and every tensor's type and shape are checked when it is taken.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -57,8 +57,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 ///
 /// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
 template <class Scalar>
-const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name,
-                                         const buffer<std::size_t>& shape) {
+const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
     const auto found = from.tensors.find(name);
     if (found == from.tensors.end()) raise(error_code::mismatch, detail::tensor_place(from, name), expected, "no such tensor");

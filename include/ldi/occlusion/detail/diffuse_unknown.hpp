@@ -13,15 +13,15 @@ namespace ldi::detail {
 /// g               in canonical order
 /// known           one a pixel, 0 where it is not known
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
-/// value           value(pixel, side): three bytes of a known pixel that lies on this side of an unknown one
+/// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
 /// before_solving  is called once all values have been asked for
-/// store           store(pixel, diffusion::color_type): is called last, for every pixel that is not known
+/// store           store(pixel, diffusion<Channels>::value_type): is called last, for every pixel that is not known
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
-template <class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value,
-                     BeforeSolving&& before_solving, Store&& store) {
-    diffusion solver;
+template <std::size_t Channels, class Value, class BeforeSolving, class Store>
+void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value, BeforeSolving&& before_solving,
+                     Store&& store) {
+    diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -41,7 +41,7 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     before_solving();
     solver.solve(rounds);
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.color(cell_of[i]));
+        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.value(cell_of[i]));
 }
 
 }  // namespace ldi::detail

@@ -2,9 +2,9 @@
 // used, and an error names the tensor.
 #pragma once
 
+#include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/base/error.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 
 #include <cstdint>
@@ -33,8 +33,7 @@ inline void check_scale(const std::string& name, float scale) {
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
-inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors,
-                                           std::size_t input) {
+inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
     if (input >= tensors.size())
         raise(error_code::invalid_data, name, "inputs that an earlier operator makes", "tensor " + std::to_string(input));
     return tensors[input];

@@ -47,8 +47,8 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;              ///< of the tensor it makes
-    std::size_t channels = 0;         ///< of the tensor it makes
+    quantization values;         ///< of the tensor it makes
+    std::size_t channels = 0;    ///< of the tensor it makes
     buffer<std::size_t> inputs;  ///< tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };

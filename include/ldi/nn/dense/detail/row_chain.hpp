@@ -119,8 +119,8 @@ class chain_runner {
 public:
     /// memory   chain_bytes() bytes, aligned to a cache line
     /// tensors  address of each tensor that an addition of the chain reads
-    chain_runner(const buffer<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors,
-                 std::uint8_t* result, std::uint8_t* memory)
+    chain_runner(const buffer<chain_stage>& chain, const row_source& input, std::uint8_t* const* tensors, std::uint8_t* result,
+                 std::uint8_t* memory)
         : chain_(chain), input_(input), tensors_(tensors), result_(result), state_(chain.size()) {
         for (std::size_t s = 0; s < chain.size(); ++s) {
             state_[s].ring = memory;

@@ -119,14 +119,14 @@ struct planned_step {
 
 struct schedule_plan {
     buffer<planned_step> steps;
-    buffer<std::size_t> offsets;  ///< of each tensor that is stored
-    std::size_t tensor_bytes = 0;      ///< of all of them together
-    std::size_t strip_bytes = 0;       ///< working memory of one strip
-    std::size_t cut_bytes = 0;         ///< copied rows around one cut between strips
+    buffer<std::size_t> offsets;   ///< of each tensor that is stored
+    std::size_t tensor_bytes = 0;  ///< of all of them together
+    std::size_t strip_bytes = 0;   ///< working memory of one strip
+    std::size_t cut_bytes = 0;     ///< copied rows around one cut between strips
 };
 
 inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const schedule_step& step,
-                                           const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels) {
+                                      const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels) {
     buffer<chain_stage> chain;
     std::size_t from = step.input, repeat = 1;
     for (std::size_t i = 0; i < step.layers.size(); ++i) {
@@ -202,8 +202,8 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
 
 /// sizes, channels  of all tensors
 inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buffer<schedule_step>& schedule,
-                                   const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels,
-                                   std::size_t output, bool overwrite) {
+                                   const buffer<tensor_size>& sizes, const buffer<std::size_t>& channels, std::size_t output,
+                                   bool overwrite) {
     schedule_plan plan;
     buffer<std::size_t> last_reader(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i)

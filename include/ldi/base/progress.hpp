@@ -1,0 +1,25 @@
+// How the caller follows long work, and stops it.
+#pragma once
+
+#include <ldi/base/error.hpp>
+
+#include <string>
+#include <string_view>
+
+namespace ldi {
+
+/// Both functions may be null; both are called on the thread that called the stage.
+struct progress_listener {
+    void* user = nullptr;
+    void (*on_progress)(void* user, std::string_view stage, float fraction) = nullptr;  ///< fraction of the stage, 0 to 1
+    bool (*is_canceled)(void* user) = nullptr;
+
+    /// Reports progress; raises error_code::canceled if the caller wants to stop.
+    void report(std::string_view stage, float fraction) const {
+        if (on_progress != nullptr) on_progress(user, stage, fraction);
+        if (is_canceled != nullptr && is_canceled(user))
+            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
+    }
+};
+
+}  // namespace ldi

@@ -1,0 +1,37 @@
+// Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
+// so walking it run by run is walking image rows.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <cstdint>
+
+namespace ldi {
+
+/// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
+struct pixel_run {
+    std::int32_t first, last;
+
+    std::int32_t size() const { return last - first; }
+};
+
+/// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
+template <class Visit>
+void for_each_run(const graph& g, Visit&& visit) {
+    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    for (std::int32_t first = 0, last; first < count; first = last) {
+        last = first + 1;
+        while (last < count && g.right[last - 1] == last) ++last;
+        visit(pixel_run{first, last});
+    }
+}
+
+/// The runs of for_each_run().
+inline buffer<pixel_run> runs_of(const graph& g) {
+    buffer<pixel_run> runs;
+    for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
+    return runs;
+}
+
+}  // namespace ldi

@@ -1,0 +1,34 @@
+#include "tests/support/random_graph.hpp"
+
+#include <ldi/core/runs.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <random>
+
+using namespace ldi;
+
+TEST_CASE("runs hold every pixel once, are linked from left to right, and cannot be longer") {
+    std::mt19937 random(1);
+    for (int round = 0; round < 300; ++round) {
+        graph g = testing::random_graph(random, 40).topology;
+        if (round % 2 == 1) {
+            const testing::random_layers shuffled = testing::shuffled(testing::random_graph(random, 40), random);
+            g = shuffled.topology;
+        }
+        std::int32_t next = 0;
+        for (const pixel_run& r : runs_of(g)) {
+            REQUIRE(r.first == next);
+            REQUIRE(r.size() >= 1);
+            for (std::int32_t i = r.first; i + 1 < r.last; ++i) REQUIRE(g.right[i] == i + 1);
+            if (r.last < static_cast<std::int32_t>(g.size())) REQUIRE(g.right[r.last - 1] != r.last);
+            next = r.last;
+        }
+        REQUIRE(next == static_cast<std::int32_t>(g.size()));
+    }
+}
+
+TEST_CASE("a row of an image is one run, and no pixels are none") {
+    CHECK(runs_of(make_grid(7, 3)).size() == 3);
+    CHECK(runs_of(graph()).empty());
+}
