@@ -19,8 +19,8 @@ INCLUDE = ROOT / "include"
 UMBRELLA = "ldi/ldi.hpp"
 RESULT = ROOT / "single_include" / UMBRELLA
 
-# What ldi.hpp leaves out on purpose: what needs files or third-party formats, and the forward declarations.
-LEFT_OUT = re.compile(r"ldi/(formats/.*|fwd\.hpp|ldi\.hpp)")
+# What ldi.hpp leaves out on purpose: what needs files, third-party formats or libraries, and the forward declarations.
+LEFT_OUT = re.compile(r"ldi/(adapt/.*|formats/.*|fwd\.hpp|ldi\.hpp)")
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")
 QUOTED_INCLUDE = re.compile(r'\s*#\s*include\s*"')

@@ -8,7 +8,7 @@ source scripts/requirements.sh
 # shellcheck source=scripts/tally.sh
 source scripts/tally.sh
 
-require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
+require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
 
 build_and_test dev -DLDI_BUILD_BENCH=OFF "$@"
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them

@@ -40,7 +40,7 @@ if [ ! -f "$photo" ]; then
     exit 1
 fi
 
-require "${needs_build[@]}" "${needs_library[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" >&2
+require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" >&2
 cmake -S "$top" -B "$top/build/photo3d" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF -DLDI_BUILD_EXAMPLES=ON >&2
 cmake --build "$top/build/photo3d" --target photo3d >&2

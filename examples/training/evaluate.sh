@@ -10,7 +10,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
-require "${needs_compiler[@]}" "${needs_library[@]}" "${needs_weight_files[@]}" "${needs_training[@]}" >&2
+require "${needs_compiler[@]}" "${needs_weight_files[@]}" "${needs_training[@]}" >&2
 
 models=$(realpath "${1:-$root/examples/models}")
 shared=$root/../shared

@@ -1,4 +1,4 @@
-// All of ldi that works on values in memory. What reads or writes files or third-party formats is left out and included by name:
+// All of ldi that works on values in memory; needs the standard library and nothing else. What reads or writes files or third-party formats is left out and included by name:
 // ldi/formats/...; link ldi::io for those.
 #pragma once
 

@@ -12,7 +12,7 @@ source scripts/tally.sh
 # shellcheck source=tests/emulated/header_links.sh
 source tests/emulated/header_links.sh
 
-require "${needs_library[@]}" "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
+require "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
 
 build=build/neon
 link_headers "$build/headers"

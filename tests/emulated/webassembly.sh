@@ -10,7 +10,7 @@ source scripts/tally.sh
 # shellcheck source=tests/emulated/header_links.sh
 source tests/emulated/header_links.sh
 
-require "${needs_library[@]}" "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_webassembly[@]}"
+require "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_webassembly[@]}"
 
 build=build/webassembly
 link_headers "$build/headers"

@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-FLOORS = ["base", "core", "kernels", "nn", "networks", "depth", "occlusion", "charts", "texture", "mesh", "render", "formats"]
+FLOORS = ["base", "core", "kernels", "nn", "networks", "depth", "occlusion", "charts", "texture", "mesh", "render", "adapt", "formats"]
 FOR_ALL = {"version.hpp"}
 
 include = Path(__file__).resolve().parent.parent.parent / "include" / "ldi"

@@ -92,7 +92,7 @@ golden_case read_case(const std::string& name) {
     g = reordered(g, order);
     g.resize(count);
 
-    golden_case result{photo_layers(g), {}, {}};
+    golden_case result{photo_layers(g), {}, {}, {}};
     std::size_t holes = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t p = static_cast<std::size_t>(order[i]);

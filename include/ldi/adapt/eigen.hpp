@@ -1,0 +1,51 @@
+// Meshes and poses as Eigen sees them, without a copy: V, F and UV are matrices with a row a vertex or triangle, which is libigl's
+// convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does.
+#pragma once
+
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/render/camera.hpp>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi {
+
+/// V x 3 positions; x right, y up, the photo's camera at the origin looking along -z.
+using position_map = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>;
+/// F x 3 vertex indices, counter-clockwise.
+using triangle_map = Eigen::Map<const Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 3, Eigen::RowMajor>>;
+/// V x 2 texture coordinates; (0, 0) is the top left corner of the atlas.
+using texture_coordinate_map = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>>;
+
+/// Shows the mesh's own memory: the mesh must live, and not grow, as long as the map. So with the two below.
+inline position_map positions(const textured_mesh& mesh) {
+    return {mesh.positions.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 3};
+}
+inline triangle_map triangles(const textured_mesh& mesh) {
+    return {mesh.triangles.data(), static_cast<Eigen::Index>(mesh.triangle_count()), 3};
+}
+inline texture_coordinate_map texture_coordinates(const textured_mesh& mesh) {
+    return {mesh.texture_coordinates.data(), static_cast<Eigen::Index>(mesh.vertex_count()), 2};
+}
+
+/// From the camera's axes to the photo's space: `pose(v) * Eigen::Vector3f::Zero()` is where the camera is.
+inline Eigen::Isometry3f pose(const view& v) {
+    Eigen::Isometry3f result = Eigen::Isometry3f::Identity();
+    result.linear() = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(v.rotation.data());
+    result.translation() = Eigen::Map<const Eigen::Vector3f>(v.position.data());
+    return result;
+}
+
+/// The view of a camera with this pose.
+inline view view_from(const pinhole_camera& camera, const Eigen::Isometry3f& camera_to_photo) {
+    view result;
+    result.camera = camera;
+    Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(result.rotation.data()) = camera_to_photo.linear();
+    Eigen::Map<Eigen::Vector3f>(result.position.data()) = camera_to_photo.translation();
+    return result;
+}
+
+}  // namespace ldi

@@ -1,0 +1,71 @@
+// Images as xtensor sees them: any expression or NumPy array goes in, images come out without a copy. Needs xtensor 0.24; no other
+// header of ldi does. xtensor's lazy views cost ten times what loops over rows do, so they are for what is done once an image.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+
+#include <xtensor/xadapt.hpp>
+#include <xtensor/xarray.hpp>
+#include <xtensor/xtensor.hpp>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+namespace ldi {
+
+/// The image's own memory as an H x W x C tensor: the image must live, and not be assigned to, as long as this is used.
+template <class Scalar>
+auto as_tensor(image<Scalar>& picture) {
+    return xt::adapt(picture.data(), picture.size(), xt::no_ownership(),
+                     std::array<std::size_t, 3>{picture.height(), picture.width(), picture.channels()});
+}
+template <class Scalar>
+auto as_tensor(const image<Scalar>& picture) {
+    return xt::adapt(picture.data(), picture.size(), xt::no_ownership(),
+                     std::array<std::size_t, 3>{picture.height(), picture.width(), picture.channels()});
+}
+
+namespace detail {
+template <class Expression>
+std::array<std::size_t, 3> image_shape(const Expression& values) {
+    const std::size_t dimensions = values.dimension();
+    if (dimensions != 2 && dimensions != 3)
+        raise(error_code::mismatch, "tensor", "H x W or H x W x C values", std::to_string(dimensions) + " dimensions");
+    return {values.shape()[0], values.shape()[1], dimensions == 3 ? values.shape()[2] : 1};
+}
+}  // namespace detail
+
+/// A tensor's own memory as a view, without a copy: rows may have gaps, the values of a row may not.
+///
+/// values  H x W or H x W x C, a container or a strided view of one (xt::view(photo, xt::range(8, 72)), a NumPy array), which must live
+///         as long as the view
+/// Raises mismatch for other dimensions, and where the values of a row are not side by side: make an image of those.
+template <class Tensor>
+auto view_of(Tensor& values) {
+    using scalar = std::remove_pointer_t<decltype(values.data())>;
+    const auto [height, width, channels] = detail::image_shape(values);
+    const auto stride = [&](std::size_t dimension) { return static_cast<std::size_t>(values.strides()[dimension]); };
+    const bool has_channels = values.dimension() == 3 && channels > 1;
+    if ((width > 1 && stride(1) != channels) || (has_channels && stride(2) != 1) || (height > 1 && stride(0) < width * channels))
+        raise(error_code::mismatch, "tensor", "rows whose values lie side by side", "gaps, another order, or rows that go backwards");
+    return image_view<scalar>(values.data() + values.data_offset(), height, width, channels, height > 1 ? stride(0) : 0);
+}
+
+/// The values of any expression, computed into an image. Raises mismatch unless it has two or three dimensions.
+///
+///     ldi::image<float> distance = ldi::make_image<float>(1.0F / (ldi::as_tensor(disparity) + 0.1F));
+template <class Scalar, class Expression>
+image<Scalar> make_image(const Expression& values) {
+    const auto [height, width, channels] = detail::image_shape(values);
+    image<Scalar> result(height, width, channels, unset);
+    if (values.dimension() == 3)
+        as_tensor(result) = xt::cast<Scalar>(values);
+    else
+        xt::adapt(result.data(), result.size(), xt::no_ownership(), std::array<std::size_t, 2>{height, width}) = xt::cast<Scalar>(values);
+    return result;
+}
+
+}  // namespace ldi
