@@ -1,5 +1,5 @@
-// All of ldi that works on values in memory; needs the standard library and nothing else. What reads or writes files or third-party formats is left out and included by name:
-// ldi/formats/...; link ldi::io for those.
+// All of ldi that works on values in memory; needs the standard library and nothing else. Included by name: ldi/formats/... for
+// files (link ldi::io), ldi/adapt/... for Eigen and xtensor.
 #pragma once
 
 #include <ldi/version.hpp>

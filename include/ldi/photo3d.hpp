@@ -117,10 +117,10 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
-        std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
+        (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
+    const std::size_t longer = (std::max)(photo.height(), photo.width()), long_side = (std::min)(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
     result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
     progress.report("depth estimation", 1.0F);

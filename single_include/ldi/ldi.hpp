@@ -2221,7 +2221,7 @@ namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
-    constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
+    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
@@ -3415,7 +3415,7 @@ inline void conv_tile(const conv_weights<Value>& weights, const Value* const* ro
                 for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] = multiply_add(x, to_float(values[o]), sums[p][o]);
             }
     }
-    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
+    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o) {
             const float ratio = ratios == nullptr ? 1.0F : ratios[p];
@@ -4282,7 +4282,7 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
                 for (std::size_t o = 0; o < conv_u8_panel; ++o) sums[p][o] += x * std::int32_t{values[o]};
             }
     }
-    const std::size_t count = std::min(conv_u8_panel, out.count);
+    const std::size_t count = (std::min)(conv_u8_panel, out.count);
     for (std::size_t p = 0; p < pixels; ++p) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[first_pixel + p];
         for (std::size_t o = 0; o < count; ++o)
@@ -5216,7 +5216,7 @@ struct depthwise_columns {
 
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< that slot 0 holds, plus one
-    std::size_t slots = 0;
+    std::size_t slot_count = 0;
     /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
     std::uint16_t slot_of[most_taps];
 
@@ -5229,7 +5229,7 @@ struct depthwise_columns {
         const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
         first_column = column(begin);
         for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
-        slots = column(end) - first_column + 1;
+        slot_count = column(end) - first_column + 1;
     }
 };
 
@@ -5330,28 +5330,28 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer&
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
     const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    alignas(64) std::int8_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
+    alignas(64) std::int8_t slot_values[detail::depthwise_columns::most_slots * depthwise_slot];
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t rest = result_width - first;
         const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
-            for (std::size_t s = 0; s < columns.slots; ++s) {
+            for (std::size_t s = 0; s < columns.slot_count; ++s) {
                 const std::size_t column = columns.first_column + s;  // plus one
                 const bool outside = column == 0 || column > width;
                 const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
                 fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
                           load_channels(outside ? nullptr : rows[1], offset, channels, weights.padding),
                           load_channels(outside ? nullptr : rows[2], offset, channels, weights.padding),
-                          slots + s * depthwise_slot);
+                          slot_values + s * depthwise_slot);
             }
             const depthwise_block_weights w(weights, block);
             std::uint8_t* to = result + first * channels + start;
             const std::uint16_t* slot = columns.slot_of;
             for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
-                const std::int8_t *const left = slots + slot[0] * depthwise_slot,
-                                         *const middle = slots + slot[1] * depthwise_slot,
-                                         *const right = slots + slot[2] * depthwise_slot;
+                const std::int8_t *const left = slot_values + slot[0] * depthwise_slot,
+                                         *const middle = slot_values + slot[1] * depthwise_slot,
+                                         *const right = slot_values + slot[2] * depthwise_slot;
                 store_first(to,
                             requantize(depthwise_sum<0>(w, left, middle, right), depthwise_sum<1>(w, left, middle, right),
                                        depthwise_sum<2>(w, left, middle, right), depthwise_sum<3>(w, left, middle, right)),
@@ -5514,7 +5514,7 @@ struct depthwise_rows {
 /// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
-                       std::int16_t* slots) {
+                       std::int16_t* slot_values) {
     const v128_t outside = wasm_u8x16_splat(from.padding);
     std::uint8_t padding[depthwise_block];
     wasm_v128_store(padding, outside);
@@ -5525,7 +5525,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
     const auto move = [&](std::size_t r) { return from.rows[r] == nullptr ? 0 : from.channels; };
     const std::uint8_t *a = at(0), *b = at(1), *c = at(2);
     const std::size_t a_move = move(0), b_move = move(1), c_move = move(2);
-    slot_writer write{slots};
+    slot_writer write{slot_values};
     if (first == 0) write(outside, outside, outside);
     std::size_t repeated = begin % from.repeat;
     for (std::size_t column = begin; column < end; ++column) {
@@ -5564,7 +5564,7 @@ private:
 };
 
 template <bool positive>
-inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slots,
+inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slot_values,
                                 std::size_t count, std::uint8_t* result) {
     const requantizer<positive> requantize(weights.fast);
     const depthwise_vector w(weights, vector);
@@ -5572,14 +5572,14 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     const std::size_t first_channel = vector * 4 % depthwise_block;
     const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
     if (held == 4) {
-        for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
-            const v128_t values = requantize(w.sums(slots));
+        for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
+            const v128_t values = requantize(w.sums(slot_values));
             wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
         }
         return;
     }
-    for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
-        const v128_t values = requantize(w.sums(slots));
+    for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
+        const v128_t values = requantize(w.sums(slot_values));
         store_first(result, narrow(values, values, values, values), held);
     }
 }
@@ -5596,14 +5596,15 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
     const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
     alignas(16) std::int16_t memory[(1 + depthwise_most_slots) * depthwise_slot];
-    std::int16_t* const slots = memory + depthwise_slot;
+    std::int16_t* const slot_values = memory + depthwise_slot;
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t count = result_width - first < most ? result_width - first : most;
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
-            fill(rows, first * stride, (count - 1) * stride + 3, start, slots);
+            fill(rows, first * stride, (count - 1) * stride + 3, start, slot_values);
             for (std::size_t c = 0; c < held; c += 4)
-                function(weights, (block * depthwise_block + c) / 4, slots + c * 2, count, result + first * channels + start + c);
+                function(weights, (block * depthwise_block + c) / 4, slot_values + c * 2, count,
+                         result + first * channels + start + c);
         }
     }
 }
@@ -6003,14 +6004,14 @@ void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;
     const std::size_t count = values.size();
     for (std::size_t first = 0; first < count; first += shortest)  // by insertion
-        for (std::size_t i = first + 1; i < std::min(first + shortest, count); ++i)
+        for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
             for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
     buffer<T> merged;
     for (std::size_t length = shortest; length < count; length *= 2) {
         merged.clear();
         merged.reserve(count);
         for (std::size_t first = 0; first < count; first += 2 * length) {
-            const std::size_t middle = std::min(first + length, count), last = std::min(middle + length, count);
+            const std::size_t middle = (std::min)(first + length, count), last = (std::min)(middle + length, count);
             for (std::size_t a = first, b = middle; a < middle || b < last;)
                 merged.push_back(b == last || (a < middle && !before(values[b], values[a])) ? values[a++] : values[b++]);
         }
@@ -6798,7 +6799,7 @@ inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* con
                 for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{values[o]};
             }
     }
-    const std::size_t count = std::min(gemm_panel, weights.outputs - first_output);
+    const std::size_t count = (std::min)(gemm_panel, weights.outputs - first_output);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o)
             result[(first_pixel + p) * weights.outputs + first_output + o] = requantize(sums[p][o], weights.output);
@@ -7569,12 +7570,12 @@ class convolution_block {
 public:
     explicit convolution_block(const Job& job) : job_(job) {
         const std::size_t window = job.plan.elements() * job.channels;
-        batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
+        batch_ = (std::min)(whole_tiles(largest_buffer / window), largest_batch);
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
-        values_.resize(std::max(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
+        values_.resize((std::max)(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
         results_.resize(batch_ * job.weights.outputs);
-        ratios_.resize(std::max(batch_, stretch_));
+        ratios_.resize((std::max)(batch_, stretch_));
         counts_.resize(stretch_pixels);
     }
 
@@ -7584,7 +7585,7 @@ public:
         auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
                                       [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
         for (; s != plan.segments.end() && s->first < last; ++s) {
-            const std::int32_t from = std::max(first, s->first), to = std::min(last, s->first + s->count);
+            const std::int32_t from = (std::max)(first, s->first), to = (std::min)(last, s->first + s->count);
             row_pixels rows{};
             const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
             for (std::size_t r = 0; r < k(); ++r)
@@ -7595,7 +7596,7 @@ public:
         const auto end = std::lower_bound(begin, plan.irregular.end(), last);
         const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
         for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
-            run_irregular(i, std::min(batch_, end_index - i));
+            run_irregular(i, (std::min)(batch_, end_index - i));
     }
 
 private:
@@ -7641,7 +7642,7 @@ private:
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
         for (std::size_t done = 0; done < count; done += stretch_) {
-            const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
+            const std::size_t here = (std::min)(stretch_, count - done), pixels = stride() * (here - 1) + k();
             if (is_whole(rows, stride() * done, pixels)) {
                 run_in_place(output + done, here, rows, stride() * done);
                 continue;
@@ -7727,7 +7728,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
         convolution_block thread(job);
         for (std::size_t b = first; b < last; ++b)
             thread.run(static_cast<std::int32_t>(b * block),
-                       static_cast<std::int32_t>(std::min((b + 1) * block, plan.output_count)));
+                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count)));
     });
 }
 
@@ -7807,7 +7808,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         const std::span<float> row = std::span(scaled).subspan(o * inputs, inputs);
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
-            largest = std::max(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
+            largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
         const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
         for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
@@ -8058,7 +8059,7 @@ struct checked_tensor {
 };
 
 inline void check_scale(const std::string& name, float scale) {
-    if (!(scale >= std::numeric_limits<float>::min() && scale <= std::numeric_limits<float>::max()))
+    if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
@@ -8076,7 +8077,7 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
         const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
-        if (most > std::numeric_limits<std::int32_t>::max())
+        if (most > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
                   "up to " + std::to_string(most) + " in output " + std::to_string(o));
     }
@@ -8282,11 +8283,11 @@ struct chain_stage {
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
-        return {(first > margin ? first - margin : 0) / enlargement(), std::min(last, height - 1) / enlargement() + 1};
+        return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
     /// The most rows that needs() asks for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
-        return std::min(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
+        return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
@@ -8376,7 +8377,7 @@ private:
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
-            const row_range rows{state_[s].made, std::min(end, state_[s].made + stage.rows)};
+            const row_range rows{state_[s].made, (std::min)(end, state_[s].made + stage.rows)};
             if (s > 0) make(s - 1, stage.needs(rows).end);
             std::visit([&](const auto& kind) { compute(kind, s, rows); }, stage.layer->kind);
             state_[s].made = rows.end;
@@ -8394,7 +8395,7 @@ private:
     }
     std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t most) const {
         const std::size_t input = s == 0 ? input_.run(y) : run_of_output(s - 1, y);
-        return std::min({input, run_of_output(s, y), most});
+        return (std::min)({input, run_of_output(s, y), most});
     }
 
     void compute(const dense_layer& layer, std::size_t s, row_range rows) {
@@ -8416,7 +8417,7 @@ private:
         const std::size_t margin = layer.kernel / 2, row_bytes = stage.padded_row_bytes(), height = stage.input.height;
         stage_state& state = state_[s];
         const row_range needed = stage.needs({y, y + 1});
-        state.next_padded = std::max(state.next_padded, needed.first);
+        state.next_padded = (std::max)(state.next_padded, needed.first);
         for (; state.next_padded < needed.end; ++state.next_padded) {
             std::uint8_t* const to = state.padded + state.next_padded % layer.kernel * row_bytes;
             const std::size_t side = margin * stage.input_channels;
@@ -8659,9 +8660,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
             const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
             if (!meets) continue;
             if (block->offset + block->bytes <= other->offset) break;
-            block->offset = std::max(block->offset, other->offset + other->bytes);
+            block->offset = (std::max)(block->offset, other->offset + other->bytes);
         }
-        highest = std::max(highest, block->offset + block->bytes);
+        highest = (std::max)(highest, block->offset + block->bytes);
         placed.insert(std::upper_bound(placed.begin(), placed.end(), block,
                                        [](const auto* a, const auto* b) { return a->offset < b->offset; }),
                       block);
@@ -8686,7 +8687,7 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
     buffer<std::size_t> block_of(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i) {
         planned_step step{plan_chain(layers, schedule[i], sizes, channels), schedule[i].input, schedule[i].output()};
-        const std::size_t last_step = std::max(last_reader[step.output], i);
+        const std::size_t last_step = (std::max)(last_reader[step.output], i);
         const std::size_t other = step.chain.back().other;
         if (overwrite && last_reader[other] == i && can_overwrite(step, other)) {
             block_of[step.output] = block_of[other];
@@ -8696,10 +8697,10 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
             block_of[step.output] = blocks.size();
             blocks.push_back({bytes(step.output), i, last_step, 0});
         }
-        plan.strip_bytes = std::max(plan.strip_bytes, chain_bytes(step.chain));
+        plan.strip_bytes = (std::max)(plan.strip_bytes, chain_bytes(step.chain));
         if (step.overwrites_input)
             plan.cut_bytes =
-                std::max(plan.cut_bytes, round_up(2 * step.reach * step.chain.front().input_row_bytes() + chain_stage::slack));
+                (std::max)(plan.cut_bytes, round_up(2 * step.reach * step.chain.front().input_row_bytes() + chain_stage::slack));
         plan.steps.push_back(step);
     }
     plan.tensor_bytes = place(blocks);
@@ -9045,7 +9046,7 @@ private:
         if (listed != file_.metadata.end()) {
             const std::string& text = listed->second;
             for (std::size_t begin = 0, end = 0; end < text.size(); begin = end + 1) {
-                end = std::min(text.find(' ', begin), text.size());
+                end = (std::min)(text.find(' ', begin), text.size());
                 names.push_back(printable(std::string_view(text).substr(begin, end - begin)));
             }
         }
@@ -9792,7 +9793,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { progress.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
+    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + 0.08F, 1.0F)); };
     report();
     const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
@@ -9940,11 +9941,11 @@ public:
 
     /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
     static tensor_size network_size(tensor_size photo) {
-        const std::size_t longer = std::max(photo.height, photo.width);
+        const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
             const std::size_t scaled =
                 length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
-            return std::max(scaled / alignment * alignment, alignment);
+            return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
     }
@@ -10046,7 +10047,7 @@ private:
         std::array<float, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
             const float value = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
-            table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : std::max(value, q.scale / 2);
+            table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : (std::max)(value, q.scale / 2);
         }
         return table;
     }
@@ -10108,8 +10109,8 @@ inline image_components find_components(image_view<const float> disparity, surfa
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
             const std::int32_t row = y * columns, row_above = row - columns;
-            for (std::int32_t x = std::max(a.first - row_above, b.first - row); x < std::min(a.last - row_above, b.last - row);
-                 ++x)
+            for (std::int32_t x = (std::max)(a.first - row_above, b.first - row);
+                 x < (std::min)(a.last - row_above, b.last - row); ++x)
                 if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
@@ -10155,16 +10156,16 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         if (label >= size.size()) size.resize(label + 1, 0);
         size[label] += components.runs[r].size();
     }
-    buffer<detail::small_component> small;
+    buffer<detail::small_component> small_ones;
     small_index.assign(size.size(), -1);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (size[label] >= options.smallest_size) continue;
         if (small_index[label] < 0) {
-            small_index[label] = static_cast<std::int32_t>(small.size());
-            small.emplace_back().columns = columns;
+            small_index[label] = static_cast<std::int32_t>(small_ones.size());
+            small_ones.emplace_back().columns = columns;
         }
-        small[small_index[label]].runs.push_back(components.runs[r]);
+        small_ones[small_index[label]].runs.push_back(components.runs[r]);
     }
 
     const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
@@ -10174,7 +10175,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     };
     std::size_t merged = 0;
     buffer<assignment> pending, next;
-    for (const detail::small_component& component : small) {
+    for (const detail::small_component& component : small_ones) {
         const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
         // Every pixel side on the component's boundary, with the pixel across it.
         const auto for_each_contact = [&](auto&& visit) {
@@ -10280,13 +10281,13 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     const double step = std::abs(highest) * options.relative_step;
-    const double span = std::max(highest - lowest, step / options.largest_step);
+    const double span = (std::max)(highest - lowest, step / options.largest_step);
 
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
-        const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
         result.range.z_near = static_cast<float>(z_near);
@@ -10357,7 +10358,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
         }
     }
     for (std::size_t i = 0; i < count.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= std::max(count[i], 1.0F);
+        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= (std::max)(count[i], 1.0F);
     return mean;
 }
 
@@ -10421,7 +10422,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
                             continue;
                         const float d = disparity.row(static_cast<std::size_t>(y))[x];
                         nearest[around.count++] = {d, x, y};
-                        low = std::min(low, d), high = std::max(high, d);
+                        low = (std::min)(low, d), high = (std::max)(high, d);
                     }
                 const bool near_edge = !surface.same_surface(high, low);
                 if (near_edge) {
@@ -10700,9 +10701,9 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
             float* out = seen.data() + (y + radius) * stride + radius;
             const auto sample = [&](std::size_t x, float left, float right) {
                 const float v = here[x];
-                const float vertical = std::max(std::abs(v - above[x]), std::abs(v - below[x]));
-                const float horizontal = std::max(std::abs(v - left), std::abs(v - right));
-                out[x] = std::max(vertical, horizontal) > threshold ? none : v;
+                const float vertical = (std::max)(std::abs(v - above[x]), std::abs(v - below[x]));
+                const float horizontal = (std::max)(std::abs(v - left), std::abs(v - right));
+                out[x] = (std::max)(vertical, horizontal) > threshold ? none : v;
             };
             sample(0, here[0], here[columns > 1 ? 1 : 0]);
             for (std::size_t x = 1; x + 1 < columns; ++x) sample(x, here[x - 1], here[x + 1]);
@@ -10979,16 +10980,16 @@ requires has_columns<layered_image<Columns...>, disparity_column> buffer<discont
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = std::min(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
-        const std::size_t length = std::min(options.tangent_length, t.sides.size());
+        const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
         const float dx = static_cast<float>(corners.x(end) - corners.x(inner)),
                     dy = static_cast<float>(corners.y(end) - corners.y(inner));
-        const float norm = std::max(std::hypot(dx, dy), 1e-6F);
+        const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
         growth_constraint c{
             static_cast<float>(corners.x(end)), static_cast<float>(corners.y(end)), dx / norm, dy / norm, -dy / norm, dx / norm};
         float towards_front = 0.0F;
@@ -11445,7 +11446,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F))));
+            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F))));
             return &root;
         },
         [] {},
@@ -11482,7 +11483,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
                   std::to_string(disparity.channels()));
-    if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
+    if (rows > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layer layers;
@@ -11634,7 +11635,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
     graph& lifted = layer.topology;
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
-        for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));
+        for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     std::size_t made = 0;
@@ -11840,13 +11841,13 @@ private:
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         chart_of(pixel) = current_;
         occupants_[at(x, y)] = pixel;
-        left_ = std::min(left_, x), right_ = std::max(right_, x);
-        top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
+        left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
+        top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
         if (near_other_[at(x, y)] != 0) {
             const float disparity = disparity_[static_cast<std::size_t>(pixel)];
             cell& c = cell_at(x, y);
             if (c.chart != current_) c = {current_, disparity, disparity};
-            c.lowest = std::min(c.lowest, disparity), c.highest = std::max(c.highest, disparity);
+            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
         }
     }
 
@@ -12027,10 +12028,10 @@ inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) 
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         const rectangle_size m = sizes[a], n = sizes[b];
-        if (std::max(m.width, m.height) != std::max(n.width, n.height))
-            return std::max(m.width, m.height) > std::max(n.width, n.height);
-        if (std::min(m.width, m.height) != std::min(n.width, n.height))
-            return std::min(m.width, m.height) > std::min(n.width, n.height);
+        if ((std::max)(m.width, m.height) != (std::max)(n.width, n.height))
+            return (std::max)(m.width, m.height) > (std::max)(n.width, n.height);
+        if ((std::min)(m.width, m.height) != (std::min)(n.width, n.height))
+            return (std::min)(m.width, m.height) > (std::min)(n.width, n.height);
         if (m.width != n.width) return m.width > n.width;
         return a < b;
     });
@@ -12056,7 +12057,7 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     std::int64_t area = 0;
     for (const rectangle_size& s : sizes) {
         LDI_ASSERT(s.width > 0 && s.height > 0);
-        largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
+        largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
     const buffer<std::size_t> order = detail::packing_order(sizes);
@@ -12072,13 +12073,13 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     };
     const double side = std::sqrt(static_cast<double>(area));
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
-        const std::int32_t width = std::max(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
+        const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
         // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
-        std::int32_t low = std::max(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
+        std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
-        std::int32_t high = std::min(max_side, below_best);
+        std::int32_t high = (std::min)(max_side, below_best);
         if (low > high || !fits({width, high})) continue;
         while (low < high) {
             const std::int32_t middle = low + (high - low) / 2;
@@ -12313,7 +12314,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
     buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
-    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
+    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = (std::max)(front[at(i)], disparity[i]);
     buffer<texel_kind> kinds(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
         kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
@@ -12700,7 +12701,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
         e.head = left.head, e.tail = left.tail, e.lowest = left.lowest;
     }
 
-    const std::size_t replaced = std::min(t - s, starting_.size());
+    const std::size_t replaced = (std::min)(t - s, starting_.size());
     std::copy(starting_.begin(), starting_.begin() + static_cast<std::ptrdiff_t>(replaced),
               status_.begin() + static_cast<std::ptrdiff_t>(s));
     const auto place = status_.begin() + static_cast<std::ptrdiff_t>(s + replaced);
@@ -12793,7 +12794,7 @@ private:
 
     edge make_edge(std::int32_t v) const {
         const lattice_point a = point(v), b = point(next(v));
-        return {a, b, std::min(a.x, b.x), std::max(a.x, b.x), std::min(a.y, b.y), std::max(a.y, b.y), v};
+        return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
     }
 
     template <class Report>
@@ -12909,7 +12910,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     for (std::size_t h = 0; h < t.mates.size(); ++h)
         if (t.mates[h] > static_cast<std::int32_t>(h)) stack.push_back(static_cast<std::int32_t>(h));
     std::int32_t extent = 1;
-    for (const lattice_point& p : points) extent = std::max({extent, p.x, p.y, -p.x, -p.y});
+    for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
@@ -13466,8 +13467,8 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
-    const float inverse_tolerance = 1.0F / std::max(options.tolerance, 1e-3F);
-    const float inverse_disparity_tolerance = 1.0F / std::max(options.disparity_tolerance, 1e-6F);
+    const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
+    const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
     while (!stack.empty()) {
         const auto [first, last] = stack.back();
@@ -13485,7 +13486,7 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
             const float along = std::clamp((px * dx + py * dy) * inverse_length, 0.0F, 1.0F);
             const float ex = (px - along * dx) * inverse_tolerance, ey = (py - along * dy) * inverse_tolerance;
             const float ed = (p.disparity - a.disparity - along * dd) * inverse_disparity_tolerance;
-            const float error = std::max(ex * ex + ey * ey, ed * ed);
+            const float error = (std::max)(ex * ex + ey * ey, ed * ed);
             if (error > worst) worst = error, split = i;
         }
         if (split < 0 && range.texture_shift(std::sqrt(squared_length), a.disparity, b.disparity) > options.texture_tolerance)
@@ -13613,7 +13614,7 @@ class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
         : first_(begin), line_from_(static_cast<std::size_t>(length) + 1) {
-        const std::int32_t count = std::max((length + spacing / 2) / spacing - 1, 0);
+        const std::int32_t count = (std::max)((length + spacing / 2) / spacing - 1, 0);
         positions_.reserve(static_cast<std::size_t>(count));
         for (std::int32_t line = 1; line <= count; ++line) positions_.push_back(begin + line * length / (count + 1));
         std::int32_t line = 0;
@@ -13626,7 +13627,7 @@ public:
     std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
     /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
-    std::int32_t line_from(std::int32_t at) const { return line_from_[std::max(at - first_, 0)]; }
+    std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
         return line < count() && position(line) == at;
@@ -13732,7 +13733,7 @@ private:
         std::nth_element(shifts_.begin(), rank, shifts_.end());
         if (*rank <= options.texture_tolerance) return options.spacing;
         const std::int32_t closer = static_cast<std::int32_t>(spacing * std::sqrt(options.texture_tolerance / *rank));
-        return std::min(std::max(closer, 2 * options.clearance), options.spacing);
+        return (std::min)((std::max)(closer, 2 * options.clearance), options.spacing);
     }
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
@@ -13847,13 +13848,14 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
                     const float length = static_cast<float>(b - a);
                     float shift = range.texture_shift(length, profile[a], profile[b]);
                     for (std::size_t i : {a, b}) {
-                        const std::size_t row = std::min(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
+                        const std::size_t row =
+                            (std::min)(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
                         for (const std::ptrdiff_t to_next :
                              {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
                             if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count()) continue;
                             const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
                             if (present[next] != detail::stud_sampler::absent)
-                                shift = std::max(shift, range.texture_shift(length, samples[row], samples[next]));
+                                shift = (std::max)(shift, range.texture_shift(length, samples[row], samples[next]));
                         }
                     }
                     return shift > options.texture_tolerance;
@@ -14435,10 +14437,10 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
               std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
                   std::to_string(options.approach));
     const float focus = range.depth(options.focus_disparity);
-    const float longer = static_cast<float>(std::max(camera.width, camera.height));
+    const float longer = static_cast<float>((std::max)(camera.width, camera.height));
     // The farther of the two extremes from the focus, in disparity, moves by `movement`.
-    const float parallax = std::max(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
-                                    std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
+    const float parallax = (std::max)(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
+                                      std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
     const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
     const float angle = 6.28318530718F * time;
     const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
@@ -14464,8 +14466,8 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     }
     std::size_t i = 0;
     while (i + 2 < keys.size() && time >= keys[i + 1].time) ++i;
-    const std::size_t next = std::min(i + 1, keys.size() - 1);
-    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(next + 1, keys.size() - 1);
+    const std::size_t next = (std::min)(i + 1, keys.size() - 1);
+    const std::size_t before = i > 0 ? i - 1 : i, after = (std::min)(next + 1, keys.size() - 1);
     const float duration = keys[next].time - keys[i].time;
     const float t = duration > 0 ? std::clamp((time - keys[i].time) / duration, 0.0F, 1.0F) : 0.0F;
     const auto slope = [&](std::size_t a, std::size_t b, auto&& value) {
@@ -14550,9 +14552,9 @@ inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { retu
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
-    const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
-    first_row = std::max(first_row, floor_division(top - half, one));
-    last_row = std::min(last_row, floor_division(bottom - half, one) + 1);
+    const std::int64_t top = (std::min)({t[0].y, t[1].y, t[2].y}), bottom = (std::max)({t[0].y, t[1].y, t[2].y});
+    first_row = (std::max)(first_row, floor_division(top - half, one));
+    last_row = (std::min)(last_row, floor_division(bottom - half, one) + 1);
     for (std::int64_t y = first_row; y < last_row; ++y) {
         std::int64_t first = 0, last = width;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -14562,9 +14564,9 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
             const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
             const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
             if (dy < 0)
-                first = std::max(first, -floor_division(at_zero, -dy * one));
+                first = (std::max)(first, -floor_division(at_zero, -dy * one));
             else if (dy > 0)
-                last = std::min(last, floor_division(at_zero, dy * one) + 1);
+                last = (std::min)(last, floor_division(at_zero, dy * one) + 1);
             else if (at_zero < 0)
                 last = first;
         }
@@ -14595,8 +14597,8 @@ public:
         : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
           u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
-          least_(std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          most_(std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
           y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
 
@@ -14751,10 +14753,10 @@ public:
     bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::size_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::min(a, b); });
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::min)(a, b); });
     }
     std::int64_t bottom(std::size_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
     /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
@@ -14992,7 +14994,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
-    const std::size_t x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
+    const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
     const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
     const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
@@ -15044,7 +15046,7 @@ struct sample_band {
                         const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
                         covered += inverse_depth[sample] > 0 ? 1U : 0U;
-                        nearest = std::max(nearest, inverse_depth[sample]);
+                        nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
                     result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
@@ -15072,7 +15074,7 @@ struct band_lists {
             const vertical_extent e = extent(i);
             if (e.top > e.bottom) return;
             const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
-            const std::int64_t last = std::min(floor_division(e.bottom, size), last_band);
+            const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
             for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
         };
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
@@ -15101,7 +15103,7 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            sample_band band(first_row, (std::min)(first_row + band_rows, rows), across, options.background);
             for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
             band.resolve(options.samples, result);
         }
@@ -15125,7 +15127,7 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
         from.camera, options, triangles.size(),
         [&](std::size_t i) {
             const detail::screen_triangle& t = triangles[i];
-            return detail::vertical_extent{std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].y, t[1].y, t[2].y})};
+            return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
         [&](std::size_t i, detail::sample_band& band) {
             band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
@@ -15332,7 +15334,7 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
-        nearest = std::max(nearest, f.inverse_depth), farthest = std::min(farthest, f.inverse_depth);
+        nearest = (std::max)(nearest, f.inverse_depth), farthest = (std::min)(farthest, f.inverse_depth);
     const double slack = 1e-5 * (first - last);
     depth_range result = range;
     if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
@@ -15371,7 +15373,8 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            parts[b] = detail::peel_band(squares, lists, b, first_row, std::min(first_row + band_rows, h), w, options.both_sides);
+            parts[b] =
+                detail::peel_band(squares, lists, b, first_row, (std::min)(first_row + band_rows, h), w, options.both_sides);
         }
     });
     buffer<detail::fragment> fragments;
@@ -15380,7 +15383,7 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
         part = {};
     }
     const std::size_t count = fragments.size();
-    if (count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+    if (count > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()))
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
 
     peeled_layers<layered_image<Columns...>> result{layered_image<Columns...>(), detail::range_of(fragments, range)};
@@ -15603,10 +15606,10 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
-        std::max(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
+        (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    const std::size_t longer = std::max(photo.height(), photo.width()), long_side = std::min(longer, options.long_side);
+    const std::size_t longer = (std::max)(photo.height(), photo.width()), long_side = (std::min)(longer, options.long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
     result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
     progress.report("depth estimation", 1.0F);
@@ -15658,5 +15661,5 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// All of ldi that works on values in memory. What reads or writes files or third-party formats is left out and included by name:
-// ldi/formats/...; link ldi::io for those.
+// All of ldi that works on values in memory; needs the standard library and nothing else. Included by name: ldi/formats/... for
+// files (link ldi::io), ldi/adapt/... for Eigen and xtensor.

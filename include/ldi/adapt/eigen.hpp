@@ -1,5 +1,5 @@
-// Meshes and poses as Eigen sees them, without a copy: V, F and UV are matrices with a row a vertex or triangle, which is libigl's
-// convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does.
+// Meshes and poses as Eigen sees them, without a copy: V, F and UV are matrices with a row a vertex or triangle, which is
+// libigl's convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does.
 #pragma once
 
 #include <ldi/mesh/textured_mesh.hpp>

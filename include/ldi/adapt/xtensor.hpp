@@ -1,5 +1,6 @@
-// Images as xtensor sees them: any expression or NumPy array goes in, images come out without a copy. Needs xtensor 0.24; no other
-// header of ldi does. xtensor's lazy views cost ten times what loops over rows do, so they are for what is done once an image.
+// Images as xtensor sees them: any expression or NumPy array goes in, images come out without a copy. Needs xtensor 0.24; no
+// other header of ldi does. xtensor's lazy views cost ten times what loops over rows do, so they are for what is done once an
+// image.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -40,7 +41,8 @@ std::array<std::size_t, 3> image_shape(const Expression& values) {
 
 /// A tensor's own memory as a view, without a copy: rows may have gaps, the values of a row may not.
 ///
-/// values  H x W or H x W x C, a container or a strided view of one (xt::view(photo, xt::range(8, 72)), a NumPy array), which must live
+/// values  H x W or H x W x C, a container or a strided view of one (xt::view(photo, xt::range(8, 72)), a NumPy array), which
+/// must live
 ///         as long as the view
 /// Raises mismatch for other dimensions, and where the values of a row are not side by side: make an image of those.
 template <class Tensor>
@@ -50,7 +52,8 @@ auto view_of(Tensor& values) {
     const auto stride = [&](std::size_t dimension) { return static_cast<std::size_t>(values.strides()[dimension]); };
     const bool has_channels = values.dimension() == 3 && channels > 1;
     if ((width > 1 && stride(1) != channels) || (has_channels && stride(2) != 1) || (height > 1 && stride(0) < width * channels))
-        raise(error_code::mismatch, "tensor", "rows whose values lie side by side", "gaps, another order, or rows that go backwards");
+        raise(error_code::mismatch, "tensor", "rows whose values lie side by side",
+              "gaps, another order, or rows that go backwards");
     return image_view<scalar>(values.data() + values.data_offset(), height, width, channels, height > 1 ? stride(0) : 0);
 }
 
@@ -64,7 +67,8 @@ image<Scalar> make_image(const Expression& values) {
     if (values.dimension() == 3)
         as_tensor(result) = xt::cast<Scalar>(values);
     else
-        xt::adapt(result.data(), result.size(), xt::no_ownership(), std::array<std::size_t, 2>{height, width}) = xt::cast<Scalar>(values);
+        xt::adapt(result.data(), result.size(), xt::no_ownership(), std::array<std::size_t, 2>{height, width}) =
+            xt::cast<Scalar>(values);
     return result;
 }
 

@@ -14,14 +14,14 @@ void stable_sort(buffer<T>& values, Before before) {
     constexpr std::size_t shortest = 16;
     const std::size_t count = values.size();
     for (std::size_t first = 0; first < count; first += shortest)  // by insertion
-        for (std::size_t i = first + 1; i < std::min(first + shortest, count); ++i)
+        for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
             for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
     buffer<T> merged;
     for (std::size_t length = shortest; length < count; length *= 2) {
         merged.clear();
         merged.reserve(count);
         for (std::size_t first = 0; first < count; first += 2 * length) {
-            const std::size_t middle = std::min(first + length, count), last = std::min(middle + length, count);
+            const std::size_t middle = (std::min)(first + length, count), last = (std::min)(middle + length, count);
             for (std::size_t a = first, b = middle; a < middle || b < last;)
                 merged.push_back(b == last || (a < middle && !before(values[b], values[a])) ? values[a++] : values[b++]);
         }

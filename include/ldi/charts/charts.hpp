@@ -196,13 +196,13 @@ private:
     void accept(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         chart_of(pixel) = current_;
         occupants_[at(x, y)] = pixel;
-        left_ = std::min(left_, x), right_ = std::max(right_, x);
-        top_ = std::min(top_, y), bottom_ = std::max(bottom_, y);
+        left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
+        top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
         if (near_other_[at(x, y)] != 0) {
             const float disparity = disparity_[static_cast<std::size_t>(pixel)];
             cell& c = cell_at(x, y);
             if (c.chart != current_) c = {current_, disparity, disparity};
-            c.lowest = std::min(c.lowest, disparity), c.highest = std::max(c.highest, disparity);
+            c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
         }
     }
 

@@ -61,8 +61,8 @@ inline image_components find_components(image_view<const float> disparity, surfa
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
             const std::int32_t row = y * columns, row_above = row - columns;
-            for (std::int32_t x = std::max(a.first - row_above, b.first - row); x < std::min(a.last - row_above, b.last - row);
-                 ++x)
+            for (std::int32_t x = (std::max)(a.first - row_above, b.first - row);
+                 x < (std::min)(a.last - row_above, b.last - row); ++x)
                 if (surface.same_surface(here[x], over[x])) {
                     sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
                     break;
@@ -108,16 +108,16 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
         if (label >= size.size()) size.resize(label + 1, 0);
         size[label] += components.runs[r].size();
     }
-    buffer<detail::small_component> small;
+    buffer<detail::small_component> small_ones;
     small_index.assign(size.size(), -1);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::size_t label = static_cast<std::size_t>(components.label[r]);
         if (size[label] >= options.smallest_size) continue;
         if (small_index[label] < 0) {
-            small_index[label] = static_cast<std::int32_t>(small.size());
-            small.emplace_back().columns = columns;
+            small_index[label] = static_cast<std::int32_t>(small_ones.size());
+            small_ones.emplace_back().columns = columns;
         }
-        small[small_index[label]].runs.push_back(components.runs[r]);
+        small_ones[small_index[label]].runs.push_back(components.runs[r]);
     }
 
     const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
@@ -127,7 +127,7 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     };
     std::size_t merged = 0;
     buffer<assignment> pending, next;
-    for (const detail::small_component& component : small) {
+    for (const detail::small_component& component : small_ones) {
         const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
         // Every pixel side on the component's boundary, with the pixel across it.
         const auto for_each_contact = [&](auto&& visit) {

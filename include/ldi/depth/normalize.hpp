@@ -67,13 +67,13 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
     const double step = std::abs(highest) * options.relative_step;
-    const double span = std::max(highest - lowest, step / options.largest_step);
+    const double span = (std::max)(highest - lowest, step / options.largest_step);
 
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
-        const double farthest = std::max(highest - span, highest / options.largest_depth_ratio);
+        const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
         result.range.z_near = static_cast<float>(z_near);

@@ -72,7 +72,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
         }
     }
     for (std::size_t i = 0; i < count.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= std::max(count[i], 1.0F);
+        for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] /= (std::max)(count[i], 1.0F);
     return mean;
 }
 
@@ -136,7 +136,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
                             continue;
                         const float d = disparity.row(static_cast<std::size_t>(y))[x];
                         nearest[around.count++] = {d, x, y};
-                        low = std::min(low, d), high = std::max(high, d);
+                        low = (std::min)(low, d), high = (std::max)(high, d);
                     }
                 const bool near_edge = !surface.same_surface(high, low);
                 if (near_edge) {

@@ -239,9 +239,9 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
             float* out = seen.data() + (y + radius) * stride + radius;
             const auto sample = [&](std::size_t x, float left, float right) {
                 const float v = here[x];
-                const float vertical = std::max(std::abs(v - above[x]), std::abs(v - below[x]));
-                const float horizontal = std::max(std::abs(v - left), std::abs(v - right));
-                out[x] = std::max(vertical, horizontal) > threshold ? none : v;
+                const float vertical = (std::max)(std::abs(v - above[x]), std::abs(v - below[x]));
+                const float horizontal = (std::max)(std::abs(v - left), std::abs(v - right));
+                out[x] = (std::max)(vertical, horizontal) > threshold ? none : v;
             };
             sample(0, here[0], here[columns > 1 ? 1 : 0]);
             for (std::size_t x = 1; x + 1 < columns; ++x) sample(x, here[x - 1], here[x + 1]);

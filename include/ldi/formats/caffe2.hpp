@@ -66,7 +66,7 @@ public:
 
     quantization output_quantization() const {
         const float scale = number("Y_scale");
-        if (!(scale >= std::numeric_limits<float>::min() && scale <= std::numeric_limits<float>::max()))
+        if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
             fail("Y_scale", "a positive number", std::to_string(scale));
         return {scale, static_cast<std::uint8_t>(integer("Y_zero_point", 0, 255))};
     }
@@ -147,7 +147,7 @@ private:
             found = c.bytes.size();
         } else if (message.type == "Int8GivenIntTensorFill") {
             for (std::int64_t value : op.integers("values")) {
-                if (value < std::numeric_limits<std::int32_t>::min() || value > std::numeric_limits<std::int32_t>::max())
+                if (value < (std::numeric_limits<std::int32_t>::min)() || value > (std::numeric_limits<std::int32_t>::max)())
                     op.fail("values", "32-bit integers", std::to_string(value));
                 c.integers.push_back(static_cast<std::int32_t>(value));
             }

@@ -83,7 +83,7 @@ image<float> decode_gray(std::span<const std::byte> bytes, const picture_header&
         difference += std::abs(static_cast<int>(sample[0]) - static_cast<int>(sample[1])) +
                       std::abs(static_cast<int>(sample[2]) - static_cast<int>(sample[1]));
     }
-    if (difference / static_cast<double>(count) > 0.03 * static_cast<double>(std::numeric_limits<Sample>::max()))
+    if (difference / static_cast<double>(count) > 0.03 * static_cast<double>((std::numeric_limits<Sample>::max)()))
         raise(error_code::unsupported, where, "a gray depth map", "a color picture");
     return result;
 }
@@ -115,7 +115,7 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
         v *= options.scale;
         if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
         if (!std::isfinite(v)) v = invalid;
-        largest = std::max(largest, v);  // keeps `largest` where v is NaN
+        largest = (std::max)(largest, v);  // keeps `largest` where v is NaN
     }
     if (options.kind == depth_map_kind::disparity && !options.white_is_near)
         for (float& v : values) v = largest - v;

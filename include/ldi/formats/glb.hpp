@@ -113,8 +113,8 @@ inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& m
                                           TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
     std::vector<double> lowest(3, std::numeric_limits<double>::infinity()), highest(3, -std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        lowest[i % 3] = std::min(lowest[i % 3], static_cast<double>(mesh.positions[i]));
-        highest[i % 3] = std::max(highest[i % 3], static_cast<double>(mesh.positions[i]));
+        lowest[i % 3] = (std::min)(lowest[i % 3], static_cast<double>(mesh.positions[i]));
+        highest[i % 3] = (std::max)(highest[i % 3], static_cast<double>(mesh.positions[i]));
     }
     glb.model.accessors.back().minValues = lowest, glb.model.accessors.back().maxValues = highest;
     primitive.attributes["POSITION"] = position;
@@ -168,8 +168,8 @@ inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, cons
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
     for (std::size_t i = 2; i < mesh.positions.size(); i += 3) {
-        nearest = std::min(nearest, -static_cast<double>(mesh.positions[i]));
-        farthest = std::max(farthest, -static_cast<double>(mesh.positions[i]));
+        nearest = (std::min)(nearest, -static_cast<double>(mesh.positions[i]));
+        farthest = (std::max)(farthest, -static_cast<double>(mesh.positions[i]));
     }
     tinygltf::Camera camera;
     camera.type = "perspective";
@@ -177,7 +177,7 @@ inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, cons
     camera.perspective.aspectRatio = static_cast<double>(photo.width) / photo.height;
     // Room to move forward and back. An infinite zfar is legal, but tinygltf would write it as 0, which is not.
     camera.perspective.znear = nearest > 0 ? 0.1 * nearest : 0.01;
-    camera.perspective.zfar = std::max(10 * farthest, 100 * camera.perspective.znear);
+    camera.perspective.zfar = (std::max)(10 * farthest, 100 * camera.perspective.znear);
     model.cameras.push_back(camera);
     tinygltf::Node node;
     node.name = "photo camera";

@@ -74,7 +74,7 @@ inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, in
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
     // The encoder counts samples in int.
     if (picture.height() > 65535 || picture.width() > 65535 ||
-        picture.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        picture.size() > static_cast<std::size_t>((std::numeric_limits<int>::max)()))
         raise(error_code::too_large, "encode_jpeg", "at most 65535 pixels a side, and below 2 GB in memory",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
     std::vector<std::byte> bytes;

@@ -143,7 +143,7 @@ inline entry checked_entry(const std::string& name, const nlohmann::json& line, 
         part(key, values.is_array() && values.size() <= most);
         buffer<std::size_t> result;
         for (const nlohmann::json& value : values) {
-            part(key, value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<std::size_t>::max());
+            part(key, value.is_number_unsigned() && value.get<std::uint64_t>() <= (std::numeric_limits<std::size_t>::max)());
             result.push_back(value.get<std::size_t>());
         }
         return result;
@@ -164,7 +164,7 @@ inline entry checked_entry(const std::string& name, const nlohmann::json& line, 
               "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
-        if (length != 0 && needed > std::numeric_limits<std::size_t>::max() / length)
+        if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
             raise(error_code::too_large, here, "a shape that fits into memory", shape_text(result.shape));
         needed *= length;
     }

@@ -42,7 +42,7 @@ inline void conv_tile(const conv_weights<Value>& weights, const Value* const* ro
                 for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] = multiply_add(x, to_float(values[o]), sums[p][o]);
             }
     }
-    const std::size_t count = std::min(conv_panel, weights.outputs - first_output);
+    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o) {
             const float ratio = ratios == nullptr ? 1.0F : ratios[p];

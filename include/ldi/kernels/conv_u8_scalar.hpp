@@ -46,7 +46,7 @@ void conv_u8_tile(const conv_u8_weights& weights, const std::uint8_t* const* row
                 for (std::size_t o = 0; o < conv_u8_panel; ++o) sums[p][o] += x * std::int32_t{values[o]};
             }
     }
-    const std::size_t count = std::min(conv_u8_panel, out.count);
+    const std::size_t count = (std::min)(conv_u8_panel, out.count);
     for (std::size_t p = 0; p < pixels; ++p) {
         const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[first_pixel + p];
         for (std::size_t o = 0; o < count; ++o)

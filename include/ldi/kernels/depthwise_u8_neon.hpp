@@ -102,28 +102,28 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer&
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
     const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    alignas(64) std::int8_t slots[detail::depthwise_columns::most_slots * depthwise_slot];
+    alignas(64) std::int8_t slot_values[detail::depthwise_columns::most_slots * depthwise_slot];
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t rest = result_width - first;
         const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
-            for (std::size_t s = 0; s < columns.slots; ++s) {
+            for (std::size_t s = 0; s < columns.slot_count; ++s) {
                 const std::size_t column = columns.first_column + s;  // plus one
                 const bool outside = column == 0 || column > width;
                 const std::size_t offset = outside ? 0 : (column - 1) * channels + start;
                 fill_slot(load_channels(outside ? nullptr : rows[0], offset, channels, weights.padding),
                           load_channels(outside ? nullptr : rows[1], offset, channels, weights.padding),
                           load_channels(outside ? nullptr : rows[2], offset, channels, weights.padding),
-                          slots + s * depthwise_slot);
+                          slot_values + s * depthwise_slot);
             }
             const depthwise_block_weights w(weights, block);
             std::uint8_t* to = result + first * channels + start;
             const std::uint16_t* slot = columns.slot_of;
             for (std::size_t x = 0; x < columns.count; ++x, to += channels, slot += weights.stride) {
-                const std::int8_t *const left = slots + slot[0] * depthwise_slot,
-                                         *const middle = slots + slot[1] * depthwise_slot,
-                                         *const right = slots + slot[2] * depthwise_slot;
+                const std::int8_t *const left = slot_values + slot[0] * depthwise_slot,
+                                         *const middle = slot_values + slot[1] * depthwise_slot,
+                                         *const right = slot_values + slot[2] * depthwise_slot;
                 store_first(to,
                             requantize(depthwise_sum<0>(w, left, middle, right), depthwise_sum<1>(w, left, middle, right),
                                        depthwise_sum<2>(w, left, middle, right), depthwise_sum<3>(w, left, middle, right)),

@@ -90,7 +90,7 @@ struct depthwise_rows {
 /// Slots for the enlarged columns `first` - 1 and so on, at most one of them outside on each side.
 template <bool all>
 inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_t count, std::size_t first_channel,
-                       std::int16_t* slots) {
+                       std::int16_t* slot_values) {
     const v128_t outside = wasm_u8x16_splat(from.padding);
     std::uint8_t padding[depthwise_block];
     wasm_v128_store(padding, outside);
@@ -101,7 +101,7 @@ inline void fill_slots(const depthwise_rows& from, std::size_t first, std::size_
     const auto move = [&](std::size_t r) { return from.rows[r] == nullptr ? 0 : from.channels; };
     const std::uint8_t *a = at(0), *b = at(1), *c = at(2);
     const std::size_t a_move = move(0), b_move = move(1), c_move = move(2);
-    slot_writer write{slots};
+    slot_writer write{slot_values};
     if (first == 0) write(outside, outside, outside);
     std::size_t repeated = begin % from.repeat;
     for (std::size_t column = begin; column < end; ++column) {
@@ -140,7 +140,7 @@ private:
 };
 
 template <bool positive>
-inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slots,
+inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t vector, const std::int16_t* slot_values,
                                 std::size_t count, std::uint8_t* result) {
     const requantizer<positive> requantize(weights.fast);
     const depthwise_vector w(weights, vector);
@@ -148,14 +148,14 @@ inline void depthwise_u8_vector(const depthwise_u8_weights& weights, std::size_t
     const std::size_t first_channel = vector * 4 % depthwise_block;
     const std::size_t held = channels - first_channel < 4 ? channels - first_channel : 4;
     if (held == 4) {
-        for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
-            const v128_t values = requantize(w.sums(slots));
+        for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
+            const v128_t values = requantize(w.sums(slot_values));
             wasm_v128_store32_lane(result, narrow(values, values, values, values), 0);
         }
         return;
     }
-    for (std::size_t x = 0; x < count; ++x, slots += slot, result += channels) {
-        const v128_t values = requantize(w.sums(slots));
+    for (std::size_t x = 0; x < count; ++x, slot_values += slot, result += channels) {
+        const v128_t values = requantize(w.sums(slot_values));
         store_first(result, narrow(values, values, values, values), held);
     }
 }
@@ -172,14 +172,15 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
     const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
     alignas(16) std::int16_t memory[(1 + depthwise_most_slots) * depthwise_slot];
-    std::int16_t* const slots = memory + depthwise_slot;
+    std::int16_t* const slot_values = memory + depthwise_slot;
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t count = result_width - first < most ? result_width - first : most;
         for (std::size_t block = 0; block < depthwise_blocks(weights); ++block) {
             const std::size_t start = block_start(channels, block);
-            fill(rows, first * stride, (count - 1) * stride + 3, start, slots);
+            fill(rows, first * stride, (count - 1) * stride + 3, start, slot_values);
             for (std::size_t c = 0; c < held; c += 4)
-                function(weights, (block * depthwise_block + c) / 4, slots + c * 2, count, result + first * channels + start + c);
+                function(weights, (block * depthwise_block + c) / 4, slot_values + c * 2, count,
+                         result + first * channels + start + c);
         }
     }
 }

@@ -38,7 +38,7 @@ inline void gemm_u8_tile(const gemm_u8_weights& weights, const std::uint8_t* con
                 for (std::size_t o = 0; o < gemm_panel; ++o) sums[p][o] += std::int32_t{x} * std::int32_t{values[o]};
             }
     }
-    const std::size_t count = std::min(gemm_panel, weights.outputs - first_output);
+    const std::size_t count = (std::min)(gemm_panel, weights.outputs - first_output);
     for (std::size_t p = 0; p < pixels; ++p)
         for (std::size_t o = 0; o < count; ++o)
             result[(first_pixel + p) * weights.outputs + first_output + o] = requantize(sums[p][o], weights.output);

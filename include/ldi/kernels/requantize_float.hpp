@@ -48,7 +48,7 @@ namespace detail {
 
 /// The accumulators on both sides of every threshold, and the ends of their range.
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
-    constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(), most = std::numeric_limits<std::int32_t>::max();
+    constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {

@@ -45,7 +45,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     for (std::size_t h = 0; h < t.mates.size(); ++h)
         if (t.mates[h] > static_cast<std::int32_t>(h)) stack.push_back(static_cast<std::int32_t>(h));
     std::int32_t extent = 1;
-    for (const lattice_point& p : points) extent = std::max({extent, p.x, p.y, -p.x, -p.y});
+    for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;

@@ -98,8 +98,8 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
-    const float inverse_tolerance = 1.0F / std::max(options.tolerance, 1e-3F);
-    const float inverse_disparity_tolerance = 1.0F / std::max(options.disparity_tolerance, 1e-6F);
+    const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
+    const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
     stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
     while (!stack.empty()) {
         const auto [first, last] = stack.back();
@@ -117,7 +117,7 @@ inline void douglas_peucker(std::span<const outline_corner> points, const simpli
             const float along = std::clamp((px * dx + py * dy) * inverse_length, 0.0F, 1.0F);
             const float ex = (px - along * dx) * inverse_tolerance, ey = (py - along * dy) * inverse_tolerance;
             const float ed = (p.disparity - a.disparity - along * dd) * inverse_disparity_tolerance;
-            const float error = std::max(ex * ex + ey * ey, ed * ed);
+            const float error = (std::max)(ex * ex + ey * ey, ed * ed);
             if (error > worst) worst = error, split = i;
         }
         if (split < 0 && range.texture_shift(std::sqrt(squared_length), a.disparity, b.disparity) > options.texture_tolerance)

@@ -59,7 +59,7 @@ class even_lines {
 public:
     even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
         : first_(begin), line_from_(static_cast<std::size_t>(length) + 1) {
-        const std::int32_t count = std::max((length + spacing / 2) / spacing - 1, 0);
+        const std::int32_t count = (std::max)((length + spacing / 2) / spacing - 1, 0);
         positions_.reserve(static_cast<std::size_t>(count));
         for (std::int32_t line = 1; line <= count; ++line) positions_.push_back(begin + line * length / (count + 1));
         std::int32_t line = 0;
@@ -72,7 +72,7 @@ public:
     std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
     /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
-    std::int32_t line_from(std::int32_t at) const { return line_from_[std::max(at - first_, 0)]; }
+    std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
     bool has_line_at(std::int32_t at) const {
         const std::int32_t line = line_from(at);
         return line < count() && position(line) == at;
@@ -178,7 +178,7 @@ private:
         std::nth_element(shifts_.begin(), rank, shifts_.end());
         if (*rank <= options.texture_tolerance) return options.spacing;
         const std::int32_t closer = static_cast<std::int32_t>(spacing * std::sqrt(options.texture_tolerance / *rank));
-        return std::min(std::max(closer, 2 * options.clearance), options.spacing);
+        return (std::min)((std::max)(closer, 2 * options.clearance), options.spacing);
     }
 
     void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
@@ -293,13 +293,14 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
                     const float length = static_cast<float>(b - a);
                     float shift = range.texture_shift(length, profile[a], profile[b]);
                     for (std::size_t i : {a, b}) {
-                        const std::size_t row = std::min(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
+                        const std::size_t row =
+                            (std::min)(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
                         for (const std::ptrdiff_t to_next :
                              {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
                             if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count()) continue;
                             const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
                             if (present[next] != detail::stud_sampler::absent)
-                                shift = std::max(shift, range.texture_shift(length, samples[row], samples[next]));
+                                shift = (std::max)(shift, range.texture_shift(length, samples[row], samples[next]));
                         }
                     }
                     return shift > options.texture_tolerance;

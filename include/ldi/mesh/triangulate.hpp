@@ -346,7 +346,7 @@ inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& 
         e.head = left.head, e.tail = left.tail, e.lowest = left.lowest;
     }
 
-    const std::size_t replaced = std::min(t - s, starting_.size());
+    const std::size_t replaced = (std::min)(t - s, starting_.size());
     std::copy(starting_.begin(), starting_.begin() + static_cast<std::ptrdiff_t>(replaced),
               status_.begin() + static_cast<std::ptrdiff_t>(s));
     const auto place = status_.begin() + static_cast<std::ptrdiff_t>(s + replaced);

@@ -128,7 +128,7 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { progress.report(stage_name, done = std::min(done + 0.08F, 1.0F)); };
+    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + 0.08F, 1.0F)); };
     report();
     const buffer<float> corrections = std::visit(
         [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);

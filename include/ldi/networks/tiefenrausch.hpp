@@ -55,11 +55,11 @@ public:
 
     /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
     static tensor_size network_size(tensor_size photo) {
-        const std::size_t longer = std::max(photo.height, photo.width);
+        const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
             const std::size_t scaled =
                 length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
-            return std::max(scaled / alignment * alignment, alignment);
+            return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
     }
@@ -161,7 +161,7 @@ private:
         std::array<float, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
             const float value = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
-            table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : std::max(value, q.scale / 2);
+            table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : (std::max)(value, q.scale / 2);
         }
         return table;
     }

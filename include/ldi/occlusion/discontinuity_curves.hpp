@@ -185,16 +185,16 @@ requires has_columns<layered_image<Columns...>, disparity_column> buffer<discont
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = std::min(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
-        const std::size_t length = std::min(options.tangent_length, t.sides.size());
+        const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
         const float dx = static_cast<float>(corners.x(end) - corners.x(inner)),
                     dy = static_cast<float>(corners.y(end) - corners.y(inner));
-        const float norm = std::max(std::hypot(dx, dy), 1e-6F);
+        const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
         growth_constraint c{
             static_cast<float>(corners.x(end)), static_cast<float>(corners.y(end)), dx / norm, dy / norm, -dy / norm, dx / norm};
         float towards_front = 0.0F;

@@ -118,7 +118,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt(std::min(noise / options.limit, 1.0F))));
+            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F))));
             return &root;
         },
         [] {},

@@ -31,7 +31,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
                   std::to_string(disparity.channels()));
-    if (rows > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / columns)
+    if (rows > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()) / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layer layers;

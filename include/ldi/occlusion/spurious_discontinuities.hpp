@@ -23,7 +23,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
     graph& lifted = layer.topology;
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
-        for (const discontinuity& d : c.sides) kept.emplace_back(std::min(d.back, d.front), std::max(d.back, d.front));
+        for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     std::size_t made = 0;

@@ -115,10 +115,10 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
               std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
                   std::to_string(options.approach));
     const float focus = range.depth(options.focus_disparity);
-    const float longer = static_cast<float>(std::max(camera.width, camera.height));
+    const float longer = static_cast<float>((std::max)(camera.width, camera.height));
     // The farther of the two extremes from the focus, in disparity, moves by `movement`.
-    const float parallax = std::max(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
-                                    std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
+    const float parallax = (std::max)(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
+                                      std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
     const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
     const float angle = 6.28318530718F * time;
     const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
@@ -144,8 +144,8 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
     }
     std::size_t i = 0;
     while (i + 2 < keys.size() && time >= keys[i + 1].time) ++i;
-    const std::size_t next = std::min(i + 1, keys.size() - 1);
-    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(next + 1, keys.size() - 1);
+    const std::size_t next = (std::min)(i + 1, keys.size() - 1);
+    const std::size_t before = i > 0 ? i - 1 : i, after = (std::min)(next + 1, keys.size() - 1);
     const float duration = keys[next].time - keys[i].time;
     const float t = duration > 0 ? std::clamp((time - keys[i].time) / duration, 0.0F, 1.0F) : 0.0F;
     const auto slope = [&](std::size_t a, std::size_t b, auto&& value) {

@@ -84,7 +84,7 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
-        nearest = std::max(nearest, f.inverse_depth), farthest = std::min(farthest, f.inverse_depth);
+        nearest = (std::max)(nearest, f.inverse_depth), farthest = (std::min)(farthest, f.inverse_depth);
     const double slack = 1e-5 * (first - last);
     depth_range result = range;
     if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
@@ -123,7 +123,8 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            parts[b] = detail::peel_band(squares, lists, b, first_row, std::min(first_row + band_rows, h), w, options.both_sides);
+            parts[b] =
+                detail::peel_band(squares, lists, b, first_row, (std::min)(first_row + band_rows, h), w, options.both_sides);
         }
     });
     buffer<detail::fragment> fragments;
@@ -132,7 +133,7 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
         part = {};
     }
     const std::size_t count = fragments.size();
-    if (count > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+    if (count > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()))
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
 
     peeled_layers<layered_image<Columns...>> result{layered_image<Columns...>(), detail::range_of(fragments, range)};

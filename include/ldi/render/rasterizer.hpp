@@ -88,7 +88,7 @@ inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, 
     const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
-    const std::size_t x1 = std::min(x0 + 1, texture.width() - 1), y1 = std::min(y0 + 1, texture.height() - 1);
+    const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
     const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
     const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
@@ -140,7 +140,7 @@ struct sample_band {
                         const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
                         covered += inverse_depth[sample] > 0 ? 1U : 0U;
-                        nearest = std::max(nearest, inverse_depth[sample]);
+                        nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
                     result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
@@ -168,7 +168,7 @@ struct band_lists {
             const vertical_extent e = extent(i);
             if (e.top > e.bottom) return;
             const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
-            const std::int64_t last = std::min(floor_division(e.bottom, size), last_band);
+            const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
             for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
         };
         for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
@@ -197,7 +197,7 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
     parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
             const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            sample_band band(first_row, std::min(first_row + band_rows, rows), across, options.background);
+            sample_band band(first_row, (std::min)(first_row + band_rows, rows), across, options.background);
             for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
             band.resolve(options.samples, result);
         }
@@ -221,7 +221,7 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
         from.camera, options, triangles.size(),
         [&](std::size_t i) {
             const detail::screen_triangle& t = triangles[i];
-            return detail::vertical_extent{std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].y, t[1].y, t[2].y})};
+            return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
         [&](std::size_t i, detail::sample_band& band) {
             band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });

@@ -42,7 +42,7 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
         return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
     };
     buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
-    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = std::max(front[at(i)], disparity[i]);
+    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = (std::max)(front[at(i)], disparity[i]);
     buffer<texel_kind> kinds(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
         kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;

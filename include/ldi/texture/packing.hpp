@@ -93,10 +93,10 @@ inline buffer<std::size_t> packing_order(std::span<const rectangle_size> sizes) 
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
         const rectangle_size m = sizes[a], n = sizes[b];
-        if (std::max(m.width, m.height) != std::max(n.width, n.height))
-            return std::max(m.width, m.height) > std::max(n.width, n.height);
-        if (std::min(m.width, m.height) != std::min(n.width, n.height))
-            return std::min(m.width, m.height) > std::min(n.width, n.height);
+        if ((std::max)(m.width, m.height) != (std::max)(n.width, n.height))
+            return (std::max)(m.width, m.height) > (std::max)(n.width, n.height);
+        if ((std::min)(m.width, m.height) != (std::min)(n.width, n.height))
+            return (std::min)(m.width, m.height) > (std::min)(n.width, n.height);
         if (m.width != n.width) return m.width > n.width;
         return a < b;
     });
@@ -122,7 +122,7 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     std::int64_t area = 0;
     for (const rectangle_size& s : sizes) {
         LDI_ASSERT(s.width > 0 && s.height > 0);
-        largest = {std::max(largest.width, s.width), std::max(largest.height, s.height)};
+        largest = {(std::max)(largest.width, s.width), (std::max)(largest.height, s.height)};
         area += std::int64_t{s.width} * s.height;
     }
     const buffer<std::size_t> order = detail::packing_order(sizes);
@@ -138,13 +138,13 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
     };
     const double side = std::sqrt(static_cast<double>(area));
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
-        const std::int32_t width = std::max(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
+        const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
         // The smallest height that works, by halving: whether one works is nearly, but not strictly, monotonic.
-        std::int32_t low = std::max(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
+        std::int32_t low = (std::max)(static_cast<std::int32_t>((area + width - 1) / width), largest.height);
         const std::int32_t below_best =
             best.corners.empty() ? max_side : static_cast<std::int32_t>((sheet_area(best.sheet) - 1) / width);
-        std::int32_t high = std::min(max_side, below_best);
+        std::int32_t high = (std::min)(max_side, below_best);
         if (low > high || !fits({width, high})) continue;
         while (low < high) {
             const std::int32_t middle = low + (high - low) / 2;

@@ -97,10 +97,10 @@ inline std::optional<buffer<std::size_t>> npy_shape(std::string_view text) {
     text = text.substr(1, end - 1);
     buffer<std::size_t> shape;
     while (!text.empty()) {
-        const std::size_t comma = std::min(text.find(','), text.size());
+        const std::size_t comma = (std::min)(text.find(','), text.size());
         std::string_view number = text.substr(0, comma);
-        text.remove_prefix(std::min(comma + 1, text.size()));
-        number.remove_prefix(std::min(number.find_first_not_of(' '), number.size()));
+        text.remove_prefix((std::min)(comma + 1, text.size()));
+        number.remove_prefix((std::min)(number.find_first_not_of(' '), number.size()));
         number = number.substr(0, number.find(' '));
         if (number.empty() && text.empty()) break;
         const std::optional<std::size_t> length = whole_number(number);

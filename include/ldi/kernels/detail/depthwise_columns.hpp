@@ -14,7 +14,7 @@ struct depthwise_columns {
 
     std::size_t first = 0, count = 0;
     std::size_t first_column = 0;  ///< that slot 0 holds, plus one
-    std::size_t slots = 0;
+    std::size_t slot_count = 0;
     /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
     std::uint16_t slot_of[most_taps];
 
@@ -27,7 +27,7 @@ struct depthwise_columns {
         const std::size_t begin = first * stride, end = (first + count - 1) * stride + 2;
         first_column = column(begin);
         for (std::size_t i = begin; i <= end; ++i) slot_of[i - begin] = static_cast<std::uint16_t>(column(i) - first_column);
-        slots = column(end) - first_column + 1;
+        slot_count = column(end) - first_column + 1;
     }
 };
 

@@ -86,7 +86,7 @@ private:
 
     edge make_edge(std::int32_t v) const {
         const lattice_point a = point(v), b = point(next(v));
-        return {a, b, std::min(a.x, b.x), std::max(a.x, b.x), std::min(a.y, b.y), std::max(a.y, b.y), v};
+        return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
     }
 
     template <class Report>

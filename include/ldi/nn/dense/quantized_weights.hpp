@@ -83,7 +83,7 @@ private:
         if (listed != file_.metadata.end()) {
             const std::string& text = listed->second;
             for (std::size_t begin = 0, end = 0; end < text.size(); begin = end + 1) {
-                end = std::min(text.find(' ', begin), text.size());
+                end = (std::min)(text.find(' ', begin), text.size());
                 names.push_back(printable(std::string_view(text).substr(begin, end - begin)));
             }
         }

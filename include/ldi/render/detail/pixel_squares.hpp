@@ -44,10 +44,10 @@ public:
     bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
 
     std::int64_t top(std::size_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::min(a, b); });
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::min)(a, b); });
     }
     std::int64_t bottom(std::size_t pixel) const {
-        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+        return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
     /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over

@@ -41,9 +41,9 @@ inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { retu
 template <class Span>
 void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t first_row, std::int64_t last_row, Span&& span) {
     constexpr std::int64_t one = subsample_steps, half = subsample_steps / 2;
-    const std::int64_t top = std::min({t[0].y, t[1].y, t[2].y}), bottom = std::max({t[0].y, t[1].y, t[2].y});
-    first_row = std::max(first_row, floor_division(top - half, one));
-    last_row = std::min(last_row, floor_division(bottom - half, one) + 1);
+    const std::int64_t top = (std::min)({t[0].y, t[1].y, t[2].y}), bottom = (std::max)({t[0].y, t[1].y, t[2].y});
+    first_row = (std::max)(first_row, floor_division(top - half, one));
+    last_row = (std::min)(last_row, floor_division(bottom - half, one) + 1);
     for (std::int64_t y = first_row; y < last_row; ++y) {
         std::int64_t first = 0, last = width;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -53,9 +53,9 @@ void for_each_span(const screen_triangle& t, std::int64_t width, std::int64_t fi
             const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
             const std::int64_t at_zero = dx * (y * one + half - a.y) - dy * (half - a.x) - (owns_edge ? 0 : 1);
             if (dy < 0)
-                first = std::max(first, -floor_division(at_zero, -dy * one));
+                first = (std::max)(first, -floor_division(at_zero, -dy * one));
             else if (dy > 0)
-                last = std::min(last, floor_division(at_zero, dy * one) + 1);
+                last = (std::min)(last, floor_division(at_zero, dy * one) + 1);
             else if (at_zero < 0)
                 last = first;
         }
@@ -86,8 +86,8 @@ public:
         : inverse_(t, t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth),
           u_(t, t[0].u * t[0].inverse_depth, t[1].u * t[1].inverse_depth, t[2].u * t[2].inverse_depth),
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
-          least_(std::min({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          most_(std::max({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
+          most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
           y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
 

@@ -29,7 +29,7 @@ struct checked_tensor {
 };
 
 inline void check_scale(const std::string& name, float scale) {
-    if (!(scale >= std::numeric_limits<float>::min() && scale <= std::numeric_limits<float>::max()))
+    if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
         raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
 }
 
@@ -47,7 +47,7 @@ inline void check_accumulators(const std::string& name, const convolution_descri
         for (std::size_t i = 0; i < inputs; ++i)
             sum += std::abs(int{c.weights[o * inputs + i]} - c.weight_quantization.zero_point);
         const std::int64_t most = 510 * sum + std::abs(std::int64_t{c.bias[o]});
-        if (most > std::numeric_limits<std::int32_t>::max())
+        if (most > (std::numeric_limits<std::int32_t>::max)())
             raise(error_code::unsupported, name, "sums below 2^31",
                   "up to " + std::to_string(most) + " in output " + std::to_string(o));
     }

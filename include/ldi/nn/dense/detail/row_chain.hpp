@@ -57,11 +57,11 @@ struct chain_stage {
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
-        return {(first > margin ? first - margin : 0) / enlargement(), std::min(last, height - 1) / enlargement() + 1};
+        return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
     /// The most rows that needs() asks for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
-        return std::min(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
+        return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
 
     std::size_t padded_row_bytes() const { return (input.width + kernel() - 1) * input_channels + slack; }
@@ -151,7 +151,7 @@ private:
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
-            const row_range rows{state_[s].made, std::min(end, state_[s].made + stage.rows)};
+            const row_range rows{state_[s].made, (std::min)(end, state_[s].made + stage.rows)};
             if (s > 0) make(s - 1, stage.needs(rows).end);
             std::visit([&](const auto& kind) { compute(kind, s, rows); }, stage.layer->kind);
             state_[s].made = rows.end;
@@ -169,7 +169,7 @@ private:
     }
     std::size_t run_of_rows(std::size_t s, std::size_t y, std::size_t most) const {
         const std::size_t input = s == 0 ? input_.run(y) : run_of_output(s - 1, y);
-        return std::min({input, run_of_output(s, y), most});
+        return (std::min)({input, run_of_output(s, y), most});
     }
 
     void compute(const dense_layer& layer, std::size_t s, row_range rows) {
@@ -191,7 +191,7 @@ private:
         const std::size_t margin = layer.kernel / 2, row_bytes = stage.padded_row_bytes(), height = stage.input.height;
         stage_state& state = state_[s];
         const row_range needed = stage.needs({y, y + 1});
-        state.next_padded = std::max(state.next_padded, needed.first);
+        state.next_padded = (std::max)(state.next_padded, needed.first);
         for (; state.next_padded < needed.end; ++state.next_padded) {
             std::uint8_t* const to = state.padded + state.next_padded % layer.kernel * row_bytes;
             const std::size_t side = margin * stage.input_channels;

@@ -190,9 +190,9 @@ inline std::size_t place(buffer<tensor_block>& blocks) {
             const bool meets = other->first_step <= block->last_step && block->first_step <= other->last_step;
             if (!meets) continue;
             if (block->offset + block->bytes <= other->offset) break;
-            block->offset = std::max(block->offset, other->offset + other->bytes);
+            block->offset = (std::max)(block->offset, other->offset + other->bytes);
         }
-        highest = std::max(highest, block->offset + block->bytes);
+        highest = (std::max)(highest, block->offset + block->bytes);
         placed.insert(std::upper_bound(placed.begin(), placed.end(), block,
                                        [](const auto* a, const auto* b) { return a->offset < b->offset; }),
                       block);
@@ -217,7 +217,7 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
     buffer<std::size_t> block_of(sizes.size());
     for (std::size_t i = 0; i < schedule.size(); ++i) {
         planned_step step{plan_chain(layers, schedule[i], sizes, channels), schedule[i].input, schedule[i].output()};
-        const std::size_t last_step = std::max(last_reader[step.output], i);
+        const std::size_t last_step = (std::max)(last_reader[step.output], i);
         const std::size_t other = step.chain.back().other;
         if (overwrite && last_reader[other] == i && can_overwrite(step, other)) {
             block_of[step.output] = block_of[other];
@@ -227,10 +227,10 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
             block_of[step.output] = blocks.size();
             blocks.push_back({bytes(step.output), i, last_step, 0});
         }
-        plan.strip_bytes = std::max(plan.strip_bytes, chain_bytes(step.chain));
+        plan.strip_bytes = (std::max)(plan.strip_bytes, chain_bytes(step.chain));
         if (step.overwrites_input)
             plan.cut_bytes =
-                std::max(plan.cut_bytes, round_up(2 * step.reach * step.chain.front().input_row_bytes() + chain_stage::slack));
+                (std::max)(plan.cut_bytes, round_up(2 * step.reach * step.chain.front().input_row_bytes() + chain_stage::slack));
         plan.steps.push_back(step);
     }
     plan.tensor_bytes = place(blocks);

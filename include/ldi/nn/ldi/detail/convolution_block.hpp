@@ -119,12 +119,12 @@ class convolution_block {
 public:
     explicit convolution_block(const Job& job) : job_(job) {
         const std::size_t window = job.plan.elements() * job.channels;
-        batch_ = std::min(whole_tiles(largest_buffer / window), largest_batch);
+        batch_ = (std::min)(whole_tiles(largest_buffer / window), largest_batch);
         stretch_ = whole_tiles(largest_buffer / (k() * job.channels));
         const std::size_t stretch_pixels = stride() * stretch_ + k();
-        values_.resize(std::max(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
+        values_.resize((std::max)(batch_ * window, job.reads_memory_as_it_is() ? 0 : stretch_pixels * k() * job.channels));
         results_.resize(batch_ * job.weights.outputs);
-        ratios_.resize(std::max(batch_, stretch_));
+        ratios_.resize((std::max)(batch_, stretch_));
         counts_.resize(stretch_pixels);
     }
 
@@ -134,7 +134,7 @@ public:
         auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
                                       [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
         for (; s != plan.segments.end() && s->first < last; ++s) {
-            const std::int32_t from = std::max(first, s->first), to = std::min(last, s->first + s->count);
+            const std::int32_t from = (std::max)(first, s->first), to = (std::min)(last, s->first + s->count);
             row_pixels rows{};
             const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
             for (std::size_t r = 0; r < k(); ++r)
@@ -145,7 +145,7 @@ public:
         const auto end = std::lower_bound(begin, plan.irregular.end(), last);
         const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
         for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
-            run_irregular(i, std::min(batch_, end_index - i));
+            run_irregular(i, (std::min)(batch_, end_index - i));
     }
 
 private:
@@ -191,7 +191,7 @@ private:
         if (job_.reads_memory_as_it_is()) return run_in_place(output, count, rows, 0);
         row_starts starts{};
         for (std::size_t done = 0; done < count; done += stretch_) {
-            const std::size_t here = std::min(stretch_, count - done), pixels = stride() * (here - 1) + k();
+            const std::size_t here = (std::min)(stretch_, count - done), pixels = stride() * (here - 1) + k();
             if (is_whole(rows, stride() * done, pixels)) {
                 run_in_place(output + done, here, rows, stride() * done);
                 continue;
@@ -277,7 +277,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
         convolution_block thread(job);
         for (std::size_t b = first; b < last; ++b)
             thread.run(static_cast<std::int32_t>(b * block),
-                       static_cast<std::int32_t>(std::min((b + 1) * block, plan.output_count)));
+                       static_cast<std::int32_t>((std::min)((b + 1) * block, plan.output_count)));
     });
 }
 

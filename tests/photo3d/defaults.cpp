@@ -1,0 +1,43 @@
+// The numbers of the paper, and ours where it has none, in one place. A change to one of them is a change to every 3D photo: it is
+// made here too, knowingly.
+#include <ldi/ldi.hpp>
+
+#include <catch2/catch.hpp>
+
+TEST_CASE("the paper's numbers are the defaults") {
+    const ldi::photo3d_options o;
+    CHECK(o.surface.largest_step == 0.05F);         // tau_disp
+    CHECK(o.median.sigma == 0.2F);                  // depth filter
+    CHECK(o.components.smallest_size == 20);        // connected components, in pixels
+    CHECK(o.curves.shortest_length == 20);          // spurious groups, in pixels
+    CHECK(o.expand.iterations == 50);               // occluded surfaces
+    CHECK(ldi::tiefenrausch::long_side == 384);     // of the network's photo
+    CHECK(ldi::macroblock_side == 16);              // of the atlas' alignment
+}
+
+TEST_CASE("where the paper has no number, these are the defaults") {
+    const ldi::photo3d_options o;
+    CHECK(o.long_side == 1536);
+    CHECK(o.focal_length_35mm == 26.0F);
+    CHECK(o.passes_before_resampling == 2);
+    CHECK(o.mixed_colors.foreground_margin == 2);
+    CHECK(o.mixed_colors.background_margin == 1);
+    CHECK(o.curves.tangent_length == 20);
+    CHECK(o.grain.strength == 0.6F);
+    CHECK(o.grain.limit == 20.0F);
+    CHECK(o.charts.max_side == 2048);
+    CHECK(o.charts.filter_range == 4);
+    CHECK(o.atlas.max_side == 8192);
+    CHECK(ldi::diffusion_inpainter().rounds == 6);
+    CHECK(o.normalize.clipped_share == 0.001F);
+    CHECK(o.normalize.largest_step == 0.02F);
+    CHECK(o.atlas.padding.filter_padding == 4);
+    CHECK(o.atlas.padding.diffusion_rounds == 4);
+    CHECK(o.mesh.outlines.tolerance == 1.0F);
+    CHECK(o.mesh.outlines.disparity_tolerance == 0.01F);
+    CHECK(o.mesh.outlines.texture_tolerance == 0.5F);
+    CHECK(o.mesh.studs.spacing == 24);
+    CHECK(o.mesh.studs.disparity_tolerance == 0.006F);
+    CHECK(o.mesh.studs.clearance == 4);
+    CHECK(o.mesh.studs.texture_tolerance == 0.5F);
+}
