@@ -1695,20 +1695,23 @@ auto add_column(Layers layers, std::span<const typename Column::scalar> values) 
 }  // namespace ldi
 
 // ---- ldi/core/validate.hpp
-// Checks every invariant of a graph and says which is broken, and where. Tests call it after every stage; so may you.
+// Checks every invariant of a graph or a layered image and says which is broken, and where. Tests call it after every stage; so
+// may you.
 
 #include <optional>
 
 namespace ldi {
 
-/// The invariants of a graph, in the order in which they are checked.
+/// The invariants, in the order in which they are checked.
 enum class invariant {
-    equal_columns,      ///< all six columns have the same length
-    inside_lattice,     ///< 0 <= x < width and 0 <= y < height
-    neighbor_in_range,  ///< a neighbor is no_pixel or the index of a pixel
-    mutual_links,       ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,      ///< a neighbor lies one step to its side
-    canonical_order,    ///< pixels stand in canonical order; only checked by validate_canonical
+    equal_columns,       ///< all six columns have the same length
+    inside_lattice,      ///< 0 <= x < width and 0 <= y < height
+    neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
+    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,       ///< a neighbor lies one step to its side
+    canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
+    a_row_a_pixel,       ///< every payload column has a row for each pixel
+    disparity_in_range,  ///< disparities lie in [0, 1]
 };
 
 constexpr std::string_view to_string(invariant i) {
@@ -1719,6 +1722,8 @@ constexpr std::string_view to_string(invariant i) {
         case invariant::mutual_links: return "mutual links";
         case invariant::one_step_away: return "neighbor one step away";
         case invariant::canonical_order: return "canonical order";
+        case invariant::a_row_a_pixel: return "payload columns as long as the graph";
+        case invariant::disparity_in_range: return "disparity in [0, 1]";
     }
     return "unknown invariant";
 }
@@ -1755,6 +1760,21 @@ inline std::optional<violation> validate(const graph& g) {
             if (n == no_pixel) continue;
             const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
             if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
+        }
+    return std::nullopt;
+}
+
+/// The same of a layered image: its graph is sound, each of its columns is as long as that, and its disparities lie in [0, 1].
+template <payload_column... Columns>
+std::optional<violation> validate(const layered_image<Columns...>& layers) {
+    if (const std::optional<violation> broken = validate(layers.topology)) return broken;
+    if (!((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...))
+        return violation{invariant::a_row_a_pixel, no_pixel};
+    if constexpr (has_columns<layered_image<Columns...>, disparity_column>)
+        for (std::size_t i = 0; i < layers.size(); ++i) {
+            const float disparity = layers.template column<disparity_column>()[i];
+            if (!(disparity >= 0.0F && disparity <= 1.0F))
+                return violation{invariant::disparity_in_range, static_cast<std::int32_t>(i)};
         }
     return std::nullopt;
 }

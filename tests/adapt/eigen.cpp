@@ -10,8 +10,8 @@
 TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can be had from them") {
     std::mt19937 random(3);
     const ldi::image<float> disparity = ldi::test::random_disparity(random, 40, 60);
-    const ldi::photo3d made = ldi::make_photo3d(ldi::image<std::uint8_t>(40, 60, 3, std::uint8_t{90}), ldi::given_disparity{disparity},
-                                                ldi::diffusion_inpainter{});
+    const ldi::photo3d made = ldi::make_photo3d(ldi::image<std::uint8_t>(40, 60, 3, std::uint8_t{90}),
+                                                ldi::given_disparity{disparity}, ldi::diffusion_inpainter{});
     const ldi::position_map v = ldi::positions(made.mesh);
     const ldi::triangle_map f = ldi::triangles(made.mesh);
     const ldi::texture_coordinate_map uv = ldi::texture_coordinates(made.mesh);
@@ -45,7 +45,8 @@ TEST_CASE("a pose says the same as the view that it comes from, and comes back f
     std::normal_distribution<float> normal;
     for (int round = 0; round < 100; ++round) {
         Eigen::Isometry3f expected = Eigen::Isometry3f::Identity();
-        expected.linear() = Eigen::Quaternionf(normal(random), normal(random), normal(random), normal(random)).normalized().matrix();
+        expected.linear() =
+            Eigen::Quaternionf(normal(random), normal(random), normal(random), normal(random)).normalized().matrix();
         expected.translation() << normal(random), normal(random), normal(random);
         const ldi::view v = ldi::view_from({640, 480, 500.0F}, expected);
         CHECK(v.camera.width == 640);

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 using namespace ldi;
 
 namespace {
@@ -135,4 +137,21 @@ TEST_CASE("every invariant has a name of its own") {
     std::sort(names.begin(), names.end());
     CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
     CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
+}
+
+TEST_CASE("a layered image is sound if its graph is, its columns fit, and its disparities lie in [0, 1]") {
+    photo_layers layers(make_grid(4, 3));
+    CHECK_FALSE(validate(layers));
+    layers.column<disparity_column>()[5] = 1.5F;
+    REQUIRE(validate(layers));
+    CHECK(validate(layers)->broken == invariant::disparity_in_range);
+    CHECK(validate(layers)->pixel == 5);
+    layers.column<disparity_column>()[5] = std::nanf("");
+    CHECK(validate(layers)->broken == invariant::disparity_in_range);
+    layers.column<disparity_column>()[5] = 1.0F;
+    CHECK_FALSE(validate(layers));
+    layers.column<color_column>().pop_back();
+    CHECK(validate(layers)->broken == invariant::a_row_a_pixel);
+    layers.topology.right[0] = no_pixel;
+    CHECK(validate(layers)->broken == invariant::mutual_links);
 }

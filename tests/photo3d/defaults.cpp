@@ -1,18 +1,18 @@
-// The numbers of the paper, and ours where it has none, in one place. A change to one of them is a change to every 3D photo: it is
-// made here too, knowingly.
+// The numbers of the paper, and ours where it has none, in one place. A change to one of them is a change to every 3D photo: it
+// is made here too, knowingly.
 #include <ldi/ldi.hpp>
 
 #include <catch2/catch.hpp>
 
 TEST_CASE("the paper's numbers are the defaults") {
     const ldi::photo3d_options o;
-    CHECK(o.surface.largest_step == 0.05F);         // tau_disp
-    CHECK(o.median.sigma == 0.2F);                  // depth filter
-    CHECK(o.components.smallest_size == 20);        // connected components, in pixels
-    CHECK(o.curves.shortest_length == 20);          // spurious groups, in pixels
-    CHECK(o.expand.iterations == 50);               // occluded surfaces
-    CHECK(ldi::tiefenrausch::long_side == 384);     // of the network's photo
-    CHECK(ldi::macroblock_side == 16);              // of the atlas' alignment
+    CHECK(o.surface.largest_step == 0.05F);      // tau_disp
+    CHECK(o.median.sigma == 0.2F);               // depth filter
+    CHECK(o.components.smallest_size == 20);     // connected components, in pixels
+    CHECK(o.curves.shortest_length == 20);       // spurious groups, in pixels
+    CHECK(o.expand.iterations == 50);            // occluded surfaces
+    CHECK(ldi::tiefenrausch::long_side == 384);  // of the network's photo
+    CHECK(ldi::macroblock_side == 16);           // of the atlas' alignment
 }
 
 TEST_CASE("where the paper has no number, these are the defaults") {

@@ -2,6 +2,7 @@
 // ends the program. Exit code 0 means that it was; anything else, or an abort, that it was not.
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
