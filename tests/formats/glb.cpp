@@ -159,7 +159,7 @@ TEST_CASE("the Khronos validator finds no error and no warning") {
     };
     add("camera.glb", make_sheet(20, 30), texture, {.camera = some_camera()});
     add("single_sided.glb", make_sheet(21, 31), texture, {.camera = std::nullopt, .double_sided = false});
-    add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {0, 1, 2}}, texture, {});
+    add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}}, texture, {});
     add("many.glb", make_sheet(300, 300), encode_jpeg(smooth_picture(16, 16, 3), 100), {.camera = some_camera()});
     const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";
     CHECK(std::system((validate + paths + " > /dev/null").c_str()) == 0);

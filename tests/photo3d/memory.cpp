@@ -74,13 +74,14 @@ const std::filesystem::path tests = std::filesystem::path(LDI_SOURCE_DIR) / "tes
 
 }  // namespace
 
-void* operator new(std::size_t bytes) {
+// Not inlined: g++ would take free() in one for a mismatch with the other.
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
     if (calls_of_new >= 0) ++calls_of_new;
     if (void* block = std::malloc(bytes > 0 ? bytes : 1)) return block;
     throw std::bad_alloc();
 }
-void operator delete(void* block) noexcept { std::free(block); }
-void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+[[gnu::noinline]] void operator delete(void* block) noexcept { std::free(block); }
+[[gnu::noinline]] void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 
 TEST_CASE("every stage, with both networks, allocates from the caller's memory and from nowhere else") {
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
