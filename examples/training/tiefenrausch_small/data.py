@@ -15,7 +15,6 @@ SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "m
                  "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
 PASTED = 0.45  # the share of crops with something pasted in front
-PLAIN = 0.35  # the share of crops whose colours stay as the camera made them
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
 GREY = np.array([0.299, 0.587, 0.114], np.float32)
 
@@ -146,7 +145,7 @@ class Photographs:
         if rng.random() < PASTED:
             for _ in range(int(rng.integers(1, 4))):
                 shapes.paste(rng, colour, truth, *self.cutting(rng))
-        return colour if rng.random() < PLAIN else vary_colour(rng, colour), truth
+        return vary_colour(rng, colour), truth
 
     def batch(self, rng, count, size):
         """size  (height, width) of the crops"""

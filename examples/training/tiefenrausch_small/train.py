@@ -43,7 +43,7 @@ def rate_at(progress):
     return 0.5 * (1 + math.cos(math.pi * progress))
 
 
-BACKBONE_RATE = 0.4  # of the learning rate, for the features that training starts from: they have no normalisation, and know something
+BACKBONE_RATE = 0.2  # of the learning rate, for the features that training starts from: they have no normalisation, and know something
 
 
 @torch.no_grad()
