@@ -132,12 +132,10 @@ public:
 
     template <std::integral Index>
     T& operator[](Index i) {
-        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
         return values_[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
-        LDI_ASSERT(static_cast<std::size_t>(i) < size_);
         return values_[static_cast<std::size_t>(i)];
     }
     T& front() { return (*this)[0]; }
