@@ -224,12 +224,13 @@ public:
     using const_iterator = const T*;
 
     buffer() = default;
-    explicit buffer(std::size_t count) { resize(count); }
-    buffer(std::size_t count, unset_t) { resize(count, unset); }
-    buffer(std::size_t count, const T& value) { resize(count, value); }
+    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    explicit buffer(std::size_t count) : buffer() { resize(count); }
+    buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
+    buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
     buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
     template <detail::element_iterator Iterator>
-    buffer(Iterator first, Iterator last) {
+    buffer(Iterator first, Iterator last) : buffer() {
         append(first, last);
     }
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
@@ -9734,7 +9735,7 @@ public:
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known   H x W x 1, 0 where the color is to be inpainted
+    /// known  H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,
@@ -10987,8 +10988,8 @@ private:
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column> buffer<discontinuity_curve> find_discontinuity_curves(
-    const single_layer<Columns...>& layer, const curve_options& options = {}) {
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const detail::curves::tracer tracer(layer.topology, disparity);
@@ -11340,9 +11341,10 @@ private:
 /// itself what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-requires has_columns<layered_image<Columns...>, disparity_column> layered_image<Columns...> expand(
-    single_layer<Columns...> layer, std::span<const discontinuity_curve> curves, const expand_options& options = {},
-    const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
+                                 const expand_options& options = {}, const progress_listener& progress = {},
+                                 AfterIteration&& after_iteration = nullptr) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
     detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
@@ -11485,7 +11487,7 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 
 namespace ldi {
 
-/// color     H x W x 3
+/// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
@@ -11617,8 +11619,8 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column, known_column>
 void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column, known_column>);
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     buffer<std::int32_t> foreground, background;
@@ -11951,9 +11953,8 @@ private:
 }  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column> chart_set make_charts(const layered_image<Columns...>& layers,
-                                                                                        const chart_options& options = {}) {
+template <has_columns<disparity_column> Layers>
+chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
@@ -12344,10 +12345,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 /// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
-template <payload_column... Columns, executor Executor = const serial_executor>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column> texture_atlas
-make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
-           Executor&& threads = {}) {
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
+texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
+                         Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 
@@ -14239,10 +14239,9 @@ private:
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
-template <payload_column... Columns, executor Executor = const serial_executor>
-requires has_columns<layered_image<Columns...>, disparity_column> textured_mesh
-build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
-           const mesh_options& options = {}, Executor&& threads = {}) {
+template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
+textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;
@@ -15371,10 +15370,10 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 /// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as
 /// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                                  const depth_range& range, const view& from, const peel_options& options,
-                                                  Executor& threads) {
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                              const depth_range& range, const view& from, const peel_options& options,
+                                              Executor& threads) {
+    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
@@ -15450,9 +15449,8 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
 }
 
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                                  const depth_range& range, const view& from, const peel_options& options = {}) {
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                              const depth_range& range, const view& from, const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);
 }

@@ -1,9 +1,10 @@
 #include <ldi/base/memory.hpp>
 
+#include "tests/support/counted_memory.hpp"
+
 #include <catch2/catch.hpp>
 
 #include <cstdint>
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <thread>
@@ -12,24 +13,6 @@
 using namespace ldi;
 
 namespace {
-
-/// Memory that counts what is out, and says no when `left` calls have been served.
-struct counted {
-    std::size_t blocks = 0, bytes = 0, left = static_cast<std::size_t>(-1);
-    memory source{this, &allocate, &release};
-
-    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
-        counted& self = *static_cast<counted*>(context);
-        if (self.left-- == 0) return nullptr;
-        ++self.blocks, self.bytes += bytes;
-        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-    }
-    static void release(void* context, void* block, std::size_t bytes) {
-        counted& self = *static_cast<counted*>(context);
-        --self.blocks, self.bytes -= bytes;
-        std::free(block);
-    }
-};
 
 template <class T>
 T value(int i);
@@ -106,7 +89,7 @@ TEST_CASE("values are inserted and erased in the middle") {
 }
 
 TEST_CASE("memory comes from where the scope says, and goes back there from anywhere") {
-    counted outer, inner;
+    testing::counted_memory outer, inner;
     buffer<float> kept;
     {
         const memory_scope scope(outer.source);
@@ -127,16 +110,36 @@ TEST_CASE("memory comes from where the scope says, and goes back there from anyw
 }
 
 TEST_CASE("a buffer that gets no memory throws, and keeps what it had") {
-    counted memory;
+    testing::counted_memory memory;
     const memory_scope scope(memory.source);
     {
         buffer<std::string> values(3, "some text that does not lie in the string itself");
-        memory.left = 0;
+        memory.most = memory.calls;
         CHECK_THROWS_AS(values.resize(1000), std::bad_alloc);
-        memory.left = 0;
+        memory.most = memory.calls;
         CHECK_THROWS_AS(values.reserve(static_cast<std::size_t>(-1) / 2), std::bad_alloc);
         CHECK(values.size() == 3);
         CHECK(values[2] == "some text that does not lie in the string itself");
+    }
+    CHECK(memory.blocks == 0);
+}
+
+TEST_CASE("a copy of buffers in a buffer that gets no memory half way gives back what it had") {
+    testing::counted_memory memory;
+    const memory_scope scope(memory.source);
+    {
+        const buffer<buffer<float>> original(5, buffer<float>(10, 1.5F));
+        const std::size_t kept = memory.blocks;
+        for (std::size_t more = 0; more < 6; ++more) {
+            memory.most = memory.calls + more;
+            CHECK_THROWS_AS(buffer<buffer<float>>(original), std::bad_alloc);
+            CHECK(memory.blocks == kept);
+            memory.most = memory.calls + more;
+            CHECK_THROWS_AS((buffer<buffer<float>>(5, original[0])), std::bad_alloc);
+            CHECK(memory.blocks == kept);
+        }
+        memory.most = static_cast<std::size_t>(-1);
+        CHECK(buffer<buffer<float>>(original) == original);
     }
     CHECK(memory.blocks == 0);
 }

@@ -1,4 +1,5 @@
 // Whose memory the whole way works in, and what happens when there is no more. This program's operator new counts.
+#include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 
 #include <ldi/formats/farbrausch_file.hpp>
@@ -10,7 +11,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
-#include <mutex>
 #include <new>
 #include <random>
 #include <utility>
@@ -24,29 +24,6 @@ struct counting {
     counting() { calls_of_new = 0; }
     ~counting() { calls_of_new = -1; }
     long calls() const { return calls_of_new; }
-};
-
-/// Memory that counts, says no at the `last`-th call, and may be called from any thread.
-struct budget {
-    std::mutex mutex;
-    std::size_t blocks = 0, calls = 0, last = static_cast<std::size_t>(-1);
-    ldi::memory source{this, &allocate, &release};
-
-    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
-        budget& self = *static_cast<budget*>(context);
-        {
-            const std::lock_guard lock(self.mutex);
-            if (self.calls++ >= self.last) return nullptr;
-            ++self.blocks;
-        }
-        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-    }
-    static void release(void* context, void* block, std::size_t) {
-        budget& self = *static_cast<budget*>(context);
-        std::free(block);
-        const std::lock_guard lock(self.mutex);
-        --self.blocks;
-    }
 };
 
 ldi::image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
@@ -105,7 +82,7 @@ TEST_CASE("every stage, with both networks, allocates from the caller's memory a
     const ldi::image<float> map = ldi::test::random_disparity(random, 48, 64);
     const ldi::image<std::uint8_t> photo = noisy_photo(48, 64);
     ldi::thread_pool threads(3);
-    budget own;
+    ldi::testing::counted_memory own;
     {
         const ldi::memory_scope scope(own.source);
         ldi::photo3d serial, parallel;
@@ -136,8 +113,8 @@ TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all th
     const ldi::image<std::uint8_t> photo = noisy_photo(24, 32);
     ldi::thread_pool pool(2);
     const auto runs_out = [&](std::size_t last, auto&& threads) {
-        budget own;
-        own.last = last;
+        ldi::testing::counted_memory own;
+        own.most = last;
         bool thrown = false;
         try {
             const ldi::memory_scope scope(own.source);

@@ -96,12 +96,13 @@ public:
     using const_iterator = const T*;
 
     buffer() = default;
-    explicit buffer(std::size_t count) { resize(count); }
-    buffer(std::size_t count, unset_t) { resize(count, unset); }
-    buffer(std::size_t count, const T& value) { resize(count, value); }
+    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    explicit buffer(std::size_t count) : buffer() { resize(count); }
+    buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
+    buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
     buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
     template <detail::element_iterator Iterator>
-    buffer(Iterator first, Iterator last) {
+    buffer(Iterator first, Iterator last) : buffer() {
         append(first, last);
     }
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}

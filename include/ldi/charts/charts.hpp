@@ -288,9 +288,8 @@ private:
 }  // namespace detail
 
 /// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column> chart_set make_charts(const layered_image<Columns...>& layers,
-                                                                                        const chart_options& options = {}) {
+template <has_columns<disparity_column> Layers>
+chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));

@@ -76,10 +76,9 @@ private:
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
-template <payload_column... Columns, executor Executor = const serial_executor>
-requires has_columns<layered_image<Columns...>, disparity_column> textured_mesh
-build_mesh(const layered_image<Columns...>& layers, const chart_set& charts, const texture_atlas& atlas,
-           const mesh_options& options = {}, Executor&& threads = {}) {
+template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
+textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;

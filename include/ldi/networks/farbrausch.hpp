@@ -51,7 +51,7 @@ public:
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// color  H x W x 3, red, green, blue, 0 to 255
-    /// known   H x W x 1, 0 where the color is to be inpainted
+    /// known  H x W x 1, 0 where the color is to be inpainted
     /// Returns the image with every color that is not known inpainted: the same network on a single, fully linked layer.
     template <executor Executor = const serial_executor>
     image<std::uint8_t> inpaint(image_view<const std::uint8_t> color, image_view<const std::uint8_t> known,

@@ -174,8 +174,8 @@ private:
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
 /// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column> buffer<discontinuity_curve> find_discontinuity_curves(
-    const single_layer<Columns...>& layer, const curve_options& options = {}) {
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
     const detail::curves::tracer tracer(layer.topology, disparity);

@@ -133,9 +133,10 @@ private:
 /// itself what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-requires has_columns<layered_image<Columns...>, disparity_column> layered_image<Columns...> expand(
-    single_layer<Columns...> layer, std::span<const discontinuity_curve> curves, const expand_options& options = {},
-    const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
+                                 const expand_options& options = {}, const progress_listener& progress = {},
+                                 AfterIteration&& after_iteration = nullptr) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0 || options.iterations > 4096)
         raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
     detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);

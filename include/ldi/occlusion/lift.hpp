@@ -15,7 +15,7 @@
 
 namespace ldi {
 
-/// color     H x W x 3
+/// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and

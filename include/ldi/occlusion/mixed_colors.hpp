@@ -69,8 +69,8 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 ///
 /// Marks the colors within the margins as unknown. Call it before expand().
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, disparity_column, known_column>
 void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+    static_assert(has_columns<single_layer<Columns...>, disparity_column, known_column>);
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     buffer<std::int32_t> foreground, background;

@@ -103,10 +103,10 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 /// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as
 /// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                                  const depth_range& range, const view& from, const peel_options& options,
-                                                  Executor& threads) {
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                              const depth_range& range, const view& from, const peel_options& options,
+                                              Executor& threads) {
+    static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
@@ -182,9 +182,8 @@ requires has_columns<layered_image<Columns...>, color_column, disparity_column, 
 }
 
 template <payload_column... Columns>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>
-    peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                                  const depth_range& range, const view& from, const peel_options& options = {}) {
+peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
+                                              const depth_range& range, const view& from, const peel_options& options = {}) {
     serial_executor serial;
     return peel(layers, taken_from, range, from, options, serial);
 }

@@ -54,10 +54,9 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
 /// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
 /// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
-template <payload_column... Columns, executor Executor = const serial_executor>
-requires has_columns<layered_image<Columns...>, color_column, disparity_column, known_column> texture_atlas
-make_atlas(const layered_image<Columns...>& layers, const chart_set& charts, const atlas_options& options = {},
-           Executor&& threads = {}) {
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
+texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
+                         Executor&& threads = {}) {
     const std::int32_t padding = options.padding.filter_padding;
     if (padding < 1) raise(error_code::invalid_option, "filter_padding", "at least 1", std::to_string(padding));
 

@@ -1,0 +1,35 @@
+// Memory that a test hands to ldi, and that it can take away.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+
+#include <cstddef>
+#include <cstdlib>
+#include <mutex>
+
+namespace ldi::testing {
+
+/// Counts what is out and how often it was asked, and says no from the `most`-th call on. May be asked by any thread.
+struct counted_memory {
+    std::mutex mutex;
+    std::size_t blocks = 0, bytes = 0, calls = 0, most = static_cast<std::size_t>(-1);
+    memory source{this, &allocate, &release};
+
+    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
+        counted_memory& self = *static_cast<counted_memory*>(context);
+        {
+            const std::lock_guard lock(self.mutex);
+            if (self.calls++ >= self.most) return nullptr;
+            ++self.blocks, self.bytes += bytes;
+        }
+        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    }
+    static void release(void* context, void* block, std::size_t bytes) {
+        counted_memory& self = *static_cast<counted_memory*>(context);
+        std::free(block);
+        const std::lock_guard lock(self.mutex);
+        --self.blocks, self.bytes -= bytes;
+    }
+};
+
+}  // namespace ldi::testing
