@@ -16,7 +16,8 @@ target_include_directories(ldi_development INTERFACE "${PROJECT_SOURCE_DIR}")
 target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
-target_link_libraries(ldi_development INTERFACE ldi::io)
+find_package(nlohmann_json REQUIRED)  # what the programs write and what benchmarks read
+target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
 
 if(LDI_TEST_SINGLE_INCLUDE)
     find_package(Python3 REQUIRED COMPONENTS Interpreter)

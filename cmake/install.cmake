@@ -1,10 +1,13 @@
-# Headers, targets, the package config that find_package(ldi) reads, and the weights of the networks.
+# Headers, separate and as the single one; targets, the package config that find_package(ldi) reads, and the file that pkg-config
+# reads; the weights of the networks; the license.
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 set(package_dir "${CMAKE_INSTALL_DATADIR}/cmake/ldi")
 
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/ldi" DESTINATION include FILES_MATCHING PATTERN "*.hpp")
+install(FILES "${PROJECT_SOURCE_DIR}/single_include/ldi/ldi.hpp" DESTINATION "${CMAKE_INSTALL_DATADIR}/ldi/single_include/ldi")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/licenses/ldi")
 set(models_dir "${CMAKE_INSTALL_DATADIR}/ldi/models")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/models/" DESTINATION "${models_dir}" FILES_MATCHING PATTERN "*.safetensors")
 install(TARGETS ldi EXPORT ldiTargets)
@@ -19,3 +22,7 @@ configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ld
     INSTALL_DESTINATION "${package_dir}" PATH_VARS models_dir)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/ldiConfig.cmake" "${PROJECT_BINARY_DIR}/ldiConfigVersion.cmake" DESTINATION "${package_dir}")
+
+# Nothing in it is for one machine. It finds the headers by the way from where it lies, so that an installed tree can be moved.
+configure_file(cmake/ldi.pc.in "${PROJECT_BINARY_DIR}/ldi.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/ldi.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")

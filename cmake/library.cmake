@@ -13,16 +13,12 @@ target_link_libraries(ldi INTERFACE Threads::Threads)
 if(LDI_BUILD_IO)
     find_package(stb REQUIRED)
     find_package(PNG REQUIRED)
-    find_package(ZLIB REQUIRED)
     find_package(libexif REQUIRED)
-    find_package(TinyGLTF REQUIRED)
     find_package(protozero REQUIRED)
-    find_package(nlohmann_json REQUIRED)
 
     add_library(ldi_io INTERFACE)
     add_library(ldi::io ALIAS ldi_io)
     set_target_properties(ldi_io PROPERTIES EXPORT_NAME io)
     target_link_libraries(ldi_io INTERFACE
-        ldi::ldi stb::stb PNG::PNG ZLIB::ZLIB libexif::libexif TinyGLTF::TinyGLTF protozero::protozero
-        nlohmann_json::nlohmann_json)
+        ldi::ldi stb::stb PNG::PNG libexif::libexif protozero::protozero)
 endif()

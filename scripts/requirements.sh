@@ -10,15 +10,16 @@
 
 readonly needs_compiler=("command g++;g++")
 readonly needs_build=("command cmake;cmake" "command ninja;ninja-build")
-readonly needs_weight_files=(
-    "header protozero/pbf_reader.hpp;libprotozero-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
+readonly needs_weight_files=("header protozero/pbf_reader.hpp;libprotozero-dev")
 readonly needs_io=(
-    "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev" "header zlib.h;zlib1g-dev"
-    "header libexif/exif-data.h;libexif-dev" "header tiny_gltf.h;libtinygltf-dev" "${needs_weight_files[@]}")
-readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev")
+    "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev"
+    "header libexif/exif-data.h;libexif-dev" "${needs_weight_files[@]}")
+readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
-    "command python3;python3" "command ffmpeg;ffmpeg")
-readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev")
+    "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
+    "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")
+readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
+    "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")

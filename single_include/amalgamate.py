@@ -19,8 +19,11 @@ INCLUDE = ROOT / "include"
 UMBRELLA = "ldi/ldi.hpp"
 RESULT = ROOT / "single_include" / UMBRELLA
 
-# What ldi.hpp leaves out on purpose: what needs files, third-party formats or libraries, and the forward declarations.
-LEFT_OUT = re.compile(r"ldi/(adapt/.*|formats/.*|fwd\.hpp|ldi\.hpp)")
+# What ldi.hpp leaves out on purpose: what needs files or the libraries of others, and the forward declarations.
+LEFT_OUT = re.compile(
+    r"ldi/(adapt/.*|fwd\.hpp|ldi\.hpp|formats/(.*_file|caffe2|depth_map|file|photo|picture|published_network)\.hpp"
+    r"|formats/detail/(caffe2_message|caffe2_operator|exif|float_map|picture_decoder|stb_image|stb_image_write)\.hpp)"
+)
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")
 QUOTED_INCLUDE = re.compile(r'\s*#\s*include\s*"')

@@ -13,12 +13,15 @@
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/photo3d.hpp>
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -100,20 +103,22 @@ ldi::image<Scalar> at_network_size(const ldi::image<Scalar>& from) {
     return sampled(from, scaled(from.height()), scaled(from.width()));
 }
 
-/// scale * estimate + shift with the least squared error where known
+/// scale * estimate + shift with the least squared error where known; only the shift where the estimate is one constant
 inline map aligned(const map& estimate, const map& truth, const pixel_set& known) {
-    double n = 0, x_mean = 0, y_mean = 0, xx = 0, xy = 0;
-    for (std::size_t i = 0; i < known.size(); ++i)
-        if (known.data()[i] != 0) n += 1, x_mean += estimate.data()[i], y_mean += truth.data()[i];
-    x_mean /= n, y_mean /= n;
-    for (std::size_t i = 0; i < known.size(); ++i) {
-        if (known.data()[i] == 0) continue;
-        const double x = estimate.data()[i] - x_mean;
-        xx += x * x, xy += x * (truth.data()[i] - y_mean);
-    }
-    const double scale = xx > 0 ? xy / xx : 0;
+    const auto column = [](const auto& image) {
+        using scalar = std::remove_cvref_t<decltype(*image.data())>;
+        return Eigen::Map<const Eigen::Array<scalar, Eigen::Dynamic, 1>>(image.data(), static_cast<Eigen::Index>(image.size()));
+    };
+    // A pixel that is not known weighs nothing in the equations of the two unknowns.
+    const Eigen::ArrayXd weight = (column(known) != 0).cast<double>();
+    const double n = weight.sum(), middle = (weight * column(estimate)).sum() / n;
+    Eigen::MatrixX2d equations(column(estimate).size(), 2);
+    equations << weight * (column(estimate) - middle), weight;
+    const Eigen::Vector2d fit = (equations.transpose() * equations)
+                                    .completeOrthogonalDecomposition()
+                                    .solve(equations.transpose() * (weight * column(truth)).matrix());
     map result = estimate;
-    for (double& value : result) value = y_mean + scale * (value - x_mean);
+    for (double& value : result) value = fit[1] + fit[0] * (value - middle);
     return result;
 }
 
@@ -173,8 +178,9 @@ inline double boundary_agreement(const map& ours, const map& truth, const pixel_
     for (int i = 0; i < ratios; ++i) {
         const double ratio = 1.05 + 0.2 * i / (ratios - 1);
         double precision = 0, recall = 0;
-        for (const auto& [down, right] : {std::pair<std::size_t, std::size_t>{0, 1}, {1, 0}})
+        for (const std::size_t down : {0U, 1U})
             for (const bool forwards : {true, false}) {
+                const std::size_t right = 1 - down;
                 counts c;
                 for (std::size_t y = 0; y + down < rows; ++y)
                     for (std::size_t x = 0; x + right < columns; ++x) {

@@ -85,6 +85,7 @@ ldi::photo_layer lift_cleaned(const subject& s, Executor& threads) {
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
+    lifted.range = s.range();
     ldi::close_spurious_discontinuities(lifted, ldi::find_discontinuity_curves(lifted));
     return lifted;
 }
@@ -101,25 +102,25 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of its picture
     ldi::peel_options peel_options;
     peel_options.z_near = 1e-3F;
-    const ldi::peeled_layers peeled = ldi::peel(lifted, original, range, canonical, peel_options, threads);
+    const ldi::photo_layers peeled = ldi::peel(lifted, original, canonical, peel_options, threads);
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
     const auto reproject = [&](const ldi::photo_layers& layers) {
-        return ldi::render_layers(layers, canonical, peeled.range, original, raster, threads);
+        return ldi::render_layers(layers, canonical, original, raster, threads);
     };
 
-    const ldi::buffer<std::size_t> layer = ldi::examples::layer_of_pixels(peeled.layers);
-    ldi::photo_layers hidden = peeled.layers;
+    const ldi::buffer<std::size_t> layer = ldi::examples::layer_of_pixels(peeled);
+    ldi::photo_layers hidden = peeled;
     ldi::buffer<std::uint8_t> is_first(layer.size());
     for (std::size_t i = 0; i < layer.size(); ++i) {
         is_first[i] = layer[i] == 0 ? 1 : 0;
         hidden.column<ldi::known_column>()[i] = is_first[i];
         for (std::size_t c = 0; c < 3 && layer[i] > 0; ++c) hidden.column<ldi::color_column>()[3 * i + c] = 0;
     }
-    ldi::photo_layers in_front = peeled.layers;
+    ldi::photo_layers in_front = peeled;
     in_front.keep(is_first);
     const ldi::rendering first = reproject(in_front);
-    const ldi::rendering truth = reproject(peeled.layers);
+    const ldi::rendering truth = reproject(peeled);
     // Where resampling leaves a gap in the truth itself there is nothing to compare.
     mask everywhere = truth.coverage, holes = truth.coverage;
     for (std::size_t i = 0; i < holes.size(); ++i) holes.data()[i] = everywhere.data()[i] != 0 && first.coverage.data()[i] == 0;
@@ -142,7 +143,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         for (std::size_t i = 0; i < filled.size(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const double d = static_cast<double>(filled.column<ldi::color_column>()[3 * i + c]) -
-                                 static_cast<double>(peeled.layers.template column<ldi::color_column>()[3 * i + c]);
+                                 static_cast<double>(peeled.template column<ldi::color_column>()[3 * i + c]);
                 sum += d * d, count += is_first[i] == 0 ? 1 : 0;
             }
         to.layered = psnr_of(sum / (3.0 * static_cast<double>(filled.size())));

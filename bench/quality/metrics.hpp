@@ -1,20 +1,22 @@
 // How far a picture is from the truth: PSNR and SSIM, over a whole picture or a part of it.
 #pragma once
 
+#include <ldi/adapt/xtensor.hpp>
 #include <ldi/core/image.hpp>
+
+#include <xtensor/xmath.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace ldi_quality {
 
 using picture = ldi::image<std::uint8_t>;
 
-/// One a pixel, not 0 where it counts.
+/// H x W x 1, not 0 where a pixel counts.
 using mask = ldi::image<std::uint8_t>;
 
 struct quality {
@@ -27,33 +29,32 @@ inline double psnr_of(double mean_squared_error) {
 }
 
 /// The share of pixels that count.
-inline double share(const mask& where) {
-    std::size_t count = 0;
-    for (const std::uint8_t value : where) count += value != 0 ? 1 : 0;
-    return static_cast<double>(count) / static_cast<double>(where.size());
+inline double share(const mask& where) { return xt::mean(xt::cast<double>(xt::not_equal(ldi::as_tensor(where), 0)))(); }
+
+/// H x W x 3 values, averaged over the pixels that count; `nothing` where none does.
+template <class Values>
+double mean_where(const Values& values, const mask& where, double nothing) {
+    const auto counts = xt::cast<double>(xt::not_equal(ldi::as_tensor(where), 0));  // H x W x 1, the same for all channels
+    const double pixels = xt::sum(counts)();
+    return pixels > 0 ? xt::sum(values * counts)() / (3 * pixels) : nothing;
 }
 
 inline double psnr(const picture& a, const picture& b, const mask& where) {
-    double sum = 0;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < where.size(); ++i) {
-        if (where.data()[i] == 0) continue;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double d = static_cast<double>(a.data()[3 * i + c]) - static_cast<double>(b.data()[3 * i + c]);
-            sum += d * d;
-        }
-        ++count;
-    }
-    return count > 0 ? psnr_of(sum / (3.0 * static_cast<double>(count))) : 60;
+    const auto difference = xt::cast<double>(ldi::as_tensor(a)) - xt::cast<double>(ldi::as_tensor(b));
+    return psnr_of(mean_where(xt::square(difference), where, 0));
 }
 
-/// H x W x 3 values, blurred with a Gaussian of sigma 1.5 over 11 x 11 pixels, the border repeated.
-inline ldi::buffer<float> blurred(const ldi::buffer<float>& values, std::size_t rows, std::size_t columns) {
+using tensor = xt::xtensor<float, 3>;
+
+/// H x W x 3 values, blurred with a Gaussian of sigma 1.5 over 11 x 11 pixels, the border repeated. In loops, because xtensor's
+/// shifted views take ten times as long.
+inline tensor blurred(const tensor& values) {
     std::array<float, 11> weights{};
     float sum = 0;
     for (int i = -5; i <= 5; ++i) sum += weights[static_cast<std::size_t>(i + 5)] = std::exp(-static_cast<float>(i * i) / 4.5F);
-    const auto pass = [&](const ldi::buffer<float>& from, bool across) {
-        ldi::buffer<float> to(from.size());
+    const std::size_t rows = values.shape(0), columns = values.shape(1);
+    const auto pass = [&](const tensor& from, bool across) {
+        tensor to = xt::empty_like(from);
         for (std::size_t y = 0; y < rows; ++y)
             for (std::size_t x = 0; x < columns; ++x)
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -62,10 +63,9 @@ inline ldi::buffer<float> blurred(const ldi::buffer<float>& values, std::size_t 
                         const auto shifted = [k](std::size_t at, std::size_t count) {
                             return std::clamp<std::size_t>(at + k, 5, count + 4) - 5;
                         };
-                        const std::size_t v = across ? y : shifted(y, rows), u = across ? shifted(x, columns) : x;
-                        total += weights[k] * from[3 * (v * columns + u) + c];
+                        total += weights[k] * from(across ? y : shifted(y, rows), across ? shifted(x, columns) : x, c);
                     }
-                    to[3 * (y * columns + x) + c] = total / sum;
+                    to(y, x, c) = total / sum;
                 }
         return to;
     };
@@ -75,26 +75,14 @@ inline ldi::buffer<float> blurred(const ldi::buffer<float>& values, std::size_t 
 /// Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004: the map,
 /// averaged over the channels, and over the pixels that count.
 inline double ssim(const picture& a, const picture& b, const mask& where) {
-    const std::size_t rows = a.height(), columns = a.width(), count = a.size();
-    ldi::buffer<float> x(count), y(count), xx(count), yy(count), xy(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        x[i] = static_cast<float>(a.data()[i]), y[i] = static_cast<float>(b.data()[i]);
-        xx[i] = x[i] * x[i], yy[i] = y[i] * y[i], xy[i] = x[i] * y[i];
-    }
-    for (ldi::buffer<float>* values : {&x, &y, &xx, &yy, &xy}) *values = blurred(*values, rows, columns);
-    const float c1 = 0.01F * 0.01F * 255 * 255, c2 = 0.03F * 0.03F * 255 * 255;
-    double sum = 0;
-    std::size_t pixels = 0;
-    for (std::size_t p = 0; p < where.size(); ++p) {
-        if (where.data()[p] == 0) continue;
-        for (std::size_t i = 3 * p; i < 3 * p + 3; ++i) {
-            const float variance = xx[i] - x[i] * x[i] + yy[i] - y[i] * y[i], covariance = xy[i] - x[i] * y[i];
-            sum += static_cast<double>((2 * x[i] * y[i] + c1) * (2 * covariance + c2) /
-                                       ((x[i] * x[i] + y[i] * y[i] + c1) * (variance + c2)));
-        }
-        ++pixels;
-    }
-    return pixels > 0 ? sum / (3.0 * static_cast<double>(pixels)) : 1;
+    const tensor x = xt::cast<float>(ldi::as_tensor(a)), y = xt::cast<float>(ldi::as_tensor(b));
+    const tensor x_mean = blurred(x), y_mean = blurred(y);
+    const auto variance = blurred(x * x) - x_mean * x_mean + blurred(y * y) - y_mean * y_mean;
+    const auto covariance = blurred(x * y) - x_mean * y_mean;
+    constexpr float c1 = 0.01F * 0.01F * 255 * 255, c2 = 0.03F * 0.03F * 255 * 255;
+    const tensor map =
+        (2 * x_mean * y_mean + c1) * (2 * covariance + c2) / ((x_mean * x_mean + y_mean * y_mean + c1) * (variance + c2));
+    return mean_where(xt::cast<double>(map), where, 1);
 }
 
 inline quality measure(const picture& result, const picture& truth, const mask& where) {

@@ -1,9 +1,11 @@
 // Novel views: photo and true depth to a 3D photo, seen from where there is another photograph.
 #pragma once
 
+#include "extremes.hpp"
 #include "metrics.hpp"
 #include "subjects.hpp"
 
+#include <ldi/adapt/eigen.hpp>
 #include <ldi/formats/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
@@ -26,7 +28,8 @@ enum method : std::size_t { no_expansion, by_diffusion, by_network, in_screen_sp
 struct novel_view {
     std::string name;
     double disoccluded = 0;                      ///< share of the frame that shows nothing without expansion
-    double uncovered = 0, uncovered_at_50 = 0;   ///< with expansion: as far as need be, and the default 50 pixels
+    double uncovered = 0;                        ///< with expansion as far as this pair needs
+    extreme worst;                               ///< with the default motion, at the worst of all places where the camera may go
     std::array<quality, method_count> whole{};   ///< over the frame
     std::array<quality, method_count> inside{};  ///< where it shows nothing without expansion
 };
@@ -38,6 +41,7 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.normalize.is_metric = true;
     options.normalize.clipped_share = 0;
     options.normalize.largest_depth_ratio = 1e6F;
+    options.expand.motion = 1;
     options.expand.iterations = iterations;
     options.grain.strength = 0;  // fills are compared, and grain would cost each of them the same
     return options;
@@ -46,16 +50,20 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
 /// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
 inline mask frame_of(const subject& s) {
     const ldi::depth_range range = s.range();
+    const Eigen::Isometry3f to_photo = ldi::pose(s.other);
     mask result = ldi::image<std::uint8_t>(s.photo.height(), s.photo.width());
     for (std::size_t y = 0; y < result.height(); ++y)
         for (std::size_t x = 0; x < result.width(); ++x) {
             bool inside = true;
-            for (const float depth : {range.z_near, range.z_far}) {
-                const float shift = s.other.position[0] * s.camera.focal_length / depth;
-                const float there = static_cast<float>(x) + 0.5F + shift;
-                inside = inside && there >= 1 && there <= static_cast<float>(s.camera.width) - 1;
+            for (const float depth : {range.z_near, range.z_far}) {  // of what the other camera sees here
+                const std::array<float, 3> seen =
+                    s.other.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth);
+                const Eigen::Vector3f point = to_photo * Eigen::Map<const Eigen::Vector3f>(seen.data());
+                const auto [u, v] = s.camera.project({point.x(), point.y(), point.z()});
+                inside = inside && u >= 1 && u <= static_cast<float>(s.camera.width) - 1 && v >= 0 &&
+                         v <= static_cast<float>(s.camera.height);
             }
-            result.row(y)[x] = inside ? 1 : 0;
+            result(y, x, 0) = inside ? 1 : 0;
         }
     return result;
 }
@@ -65,14 +73,16 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
                               Executor& threads) {
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
+    const auto make = [&](const auto& inpainter, const ldi::photo3d_options& options) {
+        return ldi::make_photo3d(s.photo, ldi::given_disparity{s.inverse_depth}, inpainter, options, threads);
+    };
     const auto render = [&](const auto& inpainter, int iterations) {
-        const ldi::photo3d made = ldi::make_photo3d(s.photo, ldi::given_disparity{s.inverse_depth}, inpainter,
-                                                    true_depth_options(s, iterations), threads);
+        const ldi::photo3d made = make(inpainter, true_depth_options(s, iterations));
         return ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads);
     };
     const int needed = static_cast<int>(std::ceil(s.parallax())) + 2;
     const ldi::rendering none = render(network, 0), diffused = render(ldi::diffusion_inpainter(), needed),
-                         expanded = render(network, needed), at_50 = render(ldi::diffusion_inpainter(), 50);
+                         expanded = render(network, needed);
     const std::array<picture, method_count> results{none.color, diffused.color, expanded.color,
                                                     network.inpaint(none.color, none.coverage, {}, threads)};
 
@@ -87,7 +97,9 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
     const mask hole = holes(none);
     result.disoccluded = share(hole) / share(frame);
     result.uncovered = share(holes(expanded)) / share(frame);
-    result.uncovered_at_50 = share(holes(at_50)) / share(frame);
+    ldi::photo3d_options as_by_default = true_depth_options(s, ldi::expand_options().iterations);
+    as_by_default.expand.motion = ldi::expand_options().motion;
+    result.worst = worst_extreme(make(ldi::diffusion_inpainter(), as_by_default), threads);
     for (std::size_t m = 0; m < method_count; ++m) {
         result.whole[m] = measure(results[m], s.seen, frame);
         result.inside[m] = measure(results[m], s.seen, hole);
@@ -103,12 +115,12 @@ inline void print_novel_views(const char* title, const std::vector<novel_view>& 
     std::printf("\n### Novel views: %s\n\n", title);
     std::printf("PSNR in dB over the frame / inside what the photo did not see; shares of the frame.\n\n");
     std::printf(
-        "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | in screen space | uncovered | grown by 50 "
-        "pixels only |\n|---|---|---|---|---|---|---|---|\n");
+        "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | in screen space | uncovered | at the "
+        "worst place of the default motion |\n|---|---|---|---|---|---|---|---|\n");
     const auto line = [](const novel_view& v) {
         std::printf("| %s | %.2f %% |", v.name.c_str(), 100 * v.disoccluded);
         for (std::size_t m = 0; m < method_count; ++m) std::printf(" %.2f / %.2f |", v.whole[m].psnr, v.inside[m].psnr);
-        std::printf(" %.3f %% | %.3f %% |\n", 100 * v.uncovered, 100 * v.uncovered_at_50);
+        std::printf(" %.3f %% | %.3f %% %s |\n", 100 * v.uncovered, 100 * v.worst.uncovered, v.worst.where.c_str());
     };
     novel_view average;
     average.name = "**mean**";
@@ -116,7 +128,7 @@ inline void print_novel_views(const char* title, const std::vector<novel_view>& 
     for (const novel_view& v : rows) {
         line(v);
         average.disoccluded += part * v.disoccluded;
-        average.uncovered += part * v.uncovered, average.uncovered_at_50 += part * v.uncovered_at_50;
+        average.uncovered += part * v.uncovered, average.worst.uncovered += part * v.worst.uncovered;
         for (std::size_t m = 0; m < method_count; ++m) {
             average.whole[m].psnr += part * v.whole[m].psnr, average.whole[m].ssim += part * v.whole[m].ssim;
             average.inside[m].psnr += part * v.inside[m].psnr, average.inside[m].ssim += part * v.inside[m].ssim;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # How good 3D photos are: the networks' depth, novel views beside photographs taken from there, the paper's measure of inpainting,
-# sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DD %".
+# sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DDD %".
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
 #

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
-#include <ldi/kernels/gemm_u8_amx.hpp>
+#include <ldi/kernels/gemm_u8/amx.hpp>
 #include <ldi/kernels/isa.hpp>
 
 #include <algorithm>
@@ -22,6 +22,20 @@ inline void multiply_vnni(long count) {
         j = _mm512_dpbusd_epi32(j, x, y), k = _mm512_dpbusd_epi32(k, x, y), l = _mm512_dpbusd_epi32(l, x, y);
         asm volatile("" : "+v"(a), "+v"(b), "+v"(c), "+v"(d), "+v"(e), "+v"(f));
         asm volatile("" : "+v"(g), "+v"(h), "+v"(i), "+v"(j), "+v"(k), "+v"(l));
+    }
+}
+LDI_END_TARGET
+LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
+inline void multiply_vnni_256(long count) {
+    __m256i a = _mm256_set1_epi32(1), b = a, c = a, d = a, e = a, f = a, g = a, h = a, i = a, j = a, k = a, l = a;
+    const __m256i x = a, y = a;
+    for (; count > 0; --count) {
+        a = _mm256_dpbusd_avx_epi32(a, x, y), b = _mm256_dpbusd_avx_epi32(b, x, y), c = _mm256_dpbusd_avx_epi32(c, x, y);
+        d = _mm256_dpbusd_avx_epi32(d, x, y), e = _mm256_dpbusd_avx_epi32(e, x, y), f = _mm256_dpbusd_avx_epi32(f, x, y);
+        g = _mm256_dpbusd_avx_epi32(g, x, y), h = _mm256_dpbusd_avx_epi32(h, x, y), i = _mm256_dpbusd_avx_epi32(i, x, y);
+        j = _mm256_dpbusd_avx_epi32(j, x, y), k = _mm256_dpbusd_avx_epi32(k, x, y), l = _mm256_dpbusd_avx_epi32(l, x, y);
+        asm volatile("" : "+x"(a), "+x"(b), "+x"(c), "+x"(d), "+x"(e), "+x"(f));
+        asm volatile("" : "+x"(g), "+x"(h), "+x"(i), "+x"(j), "+x"(k), "+x"(l));
     }
 }
 LDI_END_TARGET
@@ -86,6 +100,7 @@ inline double peak_products([[maybe_unused]] ldi::isa set) {
     double products = 0;
 #if LDI_HAS_X86_KERNELS
     if (set == ldi::isa::avx512vnni) multiply = multiply_vnni, products = count * 12.0 * 64;
+    if (set == ldi::isa::avx_vnni) multiply = multiply_vnni_256, products = count * 12.0 * 32;
     if (set == ldi::isa::avx2) multiply = multiply_avx2, products = count * 8.0 * 64;
 #endif
 #if LDI_HAS_AMX_KERNELS

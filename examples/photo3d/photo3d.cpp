@@ -37,7 +37,7 @@ struct arguments {
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
-    float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength;
+    float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
     int quality = 85;
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
@@ -101,6 +101,12 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option("--fov", a.field_of_view,
                    "field of view over the long side, in degrees; default: from EXIF, else 26 mm equivalent")
         ->check(CLI::Range(5, 150));
+    app.add_option(
+           "--motion", a.motion,
+           "how far the camera may go, in the viewer, a headset and videos: what is nearest moves against what is farthest "
+           "by this share of the long side, and surfaces grow behind silhouettes for as much")
+        ->check(CLI::Range(0.0, 0.3))
+        ->capture_default_str();
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(CLI::Range(1, 100))->capture_default_str();
     app.add_option("--threads", a.threads, "0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
     app.add_option("--stages", a.stages, "folder for pictures of every stage");
@@ -134,6 +140,7 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     ldi::photo3d_options options;
     options.long_side = a.long_side;
     options.grain.strength = a.grain;
+    options.expand.motion = a.motion;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
         // The same field of view as a 35 mm equivalent, which is what the options hold.
@@ -185,7 +192,9 @@ void run(const arguments& a) {
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
     ldi::glb_options glb_options;
     glb_options.camera = result.layers.camera;
-    const std::vector<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
+    glb_options.motion = result.layers.motion;
+    glb_options.range = result.layers.range;
+    const ldi::buffer<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
     const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),

@@ -5,6 +5,7 @@
 #include <ldi/formats/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera_paths.hpp>
+#include <ldi/render/motion.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
 
@@ -41,7 +42,7 @@ struct video_options {
     std::filesystem::path depth_map;  ///< 16-bit PNG. Empty: none
     std::string path = "swing";       ///< a name in camera_paths(), or a JSON file of key frames
     std::string stereo = "none";
-    float seconds = 6, movement = path_options().movement;
+    float seconds = 6;
     int frames_per_second = 0, size = 0;  ///< 0: as the file format likes it
 
     std::string extension() const { return output.extension().string(); }
@@ -74,10 +75,6 @@ inline void describe_video(CLI::App& app, video_options& v) {
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
         ->check(CLI::Range(16, 8192))
         ->needs(video);
-    app.add_option("--movement", v.movement, "how far near and far things move, as a share of the long side")
-        ->check(CLI::Range(0.0, 0.3))
-        ->needs(video)
-        ->capture_default_str();
     app.add_option("--stereo", v.stereo, "a picture for each eye: side-by-side, or anaglyph for red-cyan glasses")
         ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
@@ -182,7 +179,8 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
 }
 
 /// [{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 1}, ...], lengths in the units of the photo's space, in
-/// which the nearest surface is at z = -1 unless depth is metric. Raises file_access, invalid_data.
+/// which the nearest surface is at z = -1 unless depth is metric. Places where hidden surfaces would end in sight are drawn back
+/// towards the photo's (within_motion). Raises file_access, invalid_data.
 inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file) {
     const std::vector<std::byte> bytes = read_file(file);
     const char* text = reinterpret_cast<const char*>(bytes.data());
@@ -221,33 +219,39 @@ inline void check_video(const video_options& v) {
 /// for two eyes two, the left one first.
 inline std::vector<view> frame_views(const photo3d& result, const video_options& v, std::size_t frames) {
     const bool is_named = camera_paths().count(v.path) > 0;
-    const std::vector<key_frame> keys = is_named ? std::vector<key_frame>() : load_key_frames(v.path);
+    const pinhole_camera& camera = result.layers.camera;
+    const depth_range& range = result.layers.range;
+    // Two eyes get half of the motion at most; what they need is not for the path.
+    const float half_eyes = v.stereo == "none" ? 0.0F : 0.5F * eye_distance(camera, range);
+    const float eyes = 2.0F * within_motion({half_eyes, 0, 0}, camera, range, 0.5F * result.layers.motion)[0];
     path_options options;
-    options.movement = v.movement;
+    options.motion = result.layers.motion - motion_of({0.5F * eyes, 0, 0}, camera, range);
+    std::vector<key_frame> keys = is_named ? std::vector<key_frame>() : load_key_frames(v.path);
+    for (key_frame& key : keys) key.position = within_motion(key.position, camera, range, options.motion);
     const bool loops = v.path == "swing" || v.path == "circle";  // the last frame comes before the first
     std::vector<view> views;
     for (std::size_t i = 0; i < frames; ++i) {
         const float time = static_cast<float>(i) / static_cast<float>(std::max<std::size_t>(loops ? frames : frames - 1, 1));
-        const view from =
-            is_named
-                ? view_on_path(camera_paths().at(v.path), result.layers.camera, result.layers.range, time, options)
-                : view_between(keys, result.layers.camera, keys.front().time + time * (keys.back().time - keys.front().time));
-        const float eyes = v.stereo == "none" ? 0.0F : eye_distance(result.layers.camera, result.layers.range);
-        if (eyes > 0) views.push_back(beside(from, -0.5F * eyes));
-        views.push_back(eyes > 0 ? beside(from, 0.5F * eyes) : from);
+        view from = is_named ? view_on_path(camera_paths().at(v.path), camera, range, time, options)
+                             : view_between(keys, camera, keys.front().time + time * (keys.back().time - keys.front().time));
+        from.position = within_motion(from.position, camera, range, options.motion);  // a curve may leave what its ends stay in
+        for (const float side : {-0.5F, 0.5F}) {
+            if (v.stereo == "none" && side > 0) break;
+            views.push_back(eyes > 0 ? beside(from, side * eyes) : from);
+            views.back().position = within_motion(views.back().position, camera, range, result.layers.motion);
+        }
     }
     // A path that leaves the photo's surroundings has no frame; then the border shows.
-    const float frame = frame_within(views, result.layers.camera, result.layers.range);
+    const float frame = frame_within(views, camera, range);
     const int size = v.size > 0 ? v.size : v.is_for_chats() ? 480 : 960;
-    const float scale = std::min(
-        1.0F, static_cast<float>(size) / static_cast<float>(std::max(result.layers.camera.width, result.layers.camera.height)));
+    const float scale = std::min(1.0F, static_cast<float>(size) / static_cast<float>(std::max(camera.width, camera.height)));
     const auto even = [&](std::int32_t length) {
         return std::max(2 * static_cast<std::int32_t>(std::lround(0.5F * scale * static_cast<float>(length))), 2);
     };
     for (view& from : views) {
         from = framed(from, frame > 0.5F ? frame : 1.0F);
         from.camera.focal_length *= scale;
-        from.camera.width = even(result.layers.camera.width), from.camera.height = even(result.layers.camera.height);
+        from.camera.width = even(camera.width), from.camera.height = even(camera.height);
     }
     return views;
 }

@@ -13,4 +13,6 @@ export PYTHONDONTWRITEBYTECODE=1
 setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/$recipe/train.py" --out "$folder" "$@" \
     >> "$folder/output.txt" 2>&1 < /dev/null &
 echo $! > "$folder/pid"
+# Linux shares out time between sessions first (autogroup), and setsid made one: niceness alone would only count within it.
+if [ -w "/proc/$!/autogroup" ]; then echo 19 > "/proc/$!/autogroup"; fi
 echo "process $(cat "$folder/pid"); see $folder/output.txt and $folder/log.tsv"

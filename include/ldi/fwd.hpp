@@ -1,9 +1,11 @@
 // Forward declarations, for headers that only name ldi's types.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 enum class error_code;
 struct error_details;

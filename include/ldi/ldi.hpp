@@ -1,5 +1,6 @@
-// All of ldi that works on values in memory; needs the standard library and nothing else. Included by name: ldi/formats/... for
-// files (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// All of ldi that works on values in memory, from a photo's pixels and the bytes of weight files to the bytes of a GLB file;
+// needs the standard library and nothing else. Included by name: the other ldi/formats/... for files (link ldi::io),
+// ldi/adapt/... for Eigen and xtensor.
 #pragma once
 
 #include <ldi/version.hpp>
@@ -36,8 +37,12 @@
 #include <ldi/kernels/requantize_float.hpp>
 
 #include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/convolution_layer.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/elementwise.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
+#include <ldi/nn/ldi/pooling.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
 #include <ldi/nn/dense/network_description.hpp>
@@ -70,6 +75,7 @@
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/flip.hpp>
 #include <ldi/mesh/outlines.hpp>
+#include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>
 #include <ldi/mesh/studs.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -78,8 +84,15 @@
 #include <ldi/render/camera.hpp>
 #include <ldi/render/camera_paths.hpp>
 #include <ldi/render/micro_polygons.hpp>
+#include <ldi/render/motion.hpp>
 #include <ldi/render/peel.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/render/stereo.hpp>
+
+#include <ldi/formats/farbrausch.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/formats/plain_png.hpp>
+#include <ldi/formats/safetensors.hpp>
+#include <ldi/formats/tiefenrausch.hpp>
 
 #include <ldi/photo3d.hpp>

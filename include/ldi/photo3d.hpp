@@ -31,9 +31,9 @@
 #include <string>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What tells how near things are. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
@@ -43,7 +43,7 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colors to the pixels that are not known. `inpaint(layers, progress, threads)` sets the color of every pixel whose
+/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
 concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
@@ -67,8 +67,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
-    /// wide, before it is applied at the photo's.
+    /// Number of passes of the weighted median at the estimator's own resolution, at which a washed-out edge is only a few
+    /// samples wide, before the one at the photo's.
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
@@ -82,7 +82,7 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// Receives the stages under the names of the paper's table: "depth estimation", "depth filter", "connected components",
     /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
     /// ends with 1.
     progress_listener progress;
@@ -101,8 +101,32 @@ struct photo3d {
     textured_mesh mesh;
 };
 
+namespace detail {
+
+/// The photo with a long side of at most `long_side` pixels.
+template <executor Executor>
+image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
+    const std::size_t longer = (std::max)(photo.height(), photo.width()), shrunk = (std::min)(longer, long_side);
+    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * shrunk + longer / 2) / longer, 1); };
+    return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+}
+
+/// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
+template <executor Executor>
+image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
+                               Executor& threads) {
+    if (estimated.height() >= photo.height())
+        return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
+    image<float> sharpened = estimated;
+    for (int pass = 0; pass < options.passes_before_resampling; ++pass)
+        sharpened = weighted_median(sharpened, options.surface, options.median, threads);
+    return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+}  // namespace detail
+
 /// photo      H x W x 3, at least one pixel
-/// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
+/// inpainter  grain is added to its result; set options.grain.strength to 0 for one that makes texture itself
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
@@ -120,20 +144,11 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
         (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    const std::size_t longer = (std::max)(photo.height(), photo.width()), long_side = (std::min)(longer, options.long_side);
-    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
-    result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+    result.photo = detail::shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
     progress.report("depth filter", 0.0F);
-    if (result.estimated.height() < result.photo.height()) {
-        image<float> sharpened = result.estimated;
-        for (int pass = 0; pass < options.passes_before_resampling; ++pass)
-            sharpened = weighted_median(sharpened, options.surface, options.median, threads);
-        result.resampled = resample_to_photo(sharpened, result.photo, options.surface, options.resample, threads);
-    } else {
-        result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
-    }
+    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     progress.report("depth filter", 1.0F);
 

@@ -9,12 +9,28 @@
 #define LDI_VERSION_PATCH 0
 
 // ---- ldi/base/config.hpp
-// What a user can set before including any header of ldi, and what ldi learns about the compiler.
+// Settings that a user can make before including any header of ldi, and facts that ldi finds out about the compiler.
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
 //   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
+//   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
+//   set it.
+//
+// Translation units of one program may be compiled differently: the namespace keeps apart what the linker would take for the
+// same. So an object of one configuration is no object of another, and an ldi::error that crosses over is caught as
+// std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
 
 #include <cassert>
+
+// ---- the parts of the namespace's name
+
+#if defined(LDI_ASSERT)
+#define LDI_ASSERTION_PART _own_assert
+#elif defined(NDEBUG)
+#define LDI_ASSERTION_PART _ndebug
+#else
+#define LDI_ASSERTION_PART
+#endif
 
 #ifndef LDI_ASSERT
 #define LDI_ASSERT(condition) assert(condition)
@@ -28,6 +44,73 @@
 #endif
 #endif
 
+#if LDI_HAS_EXCEPTIONS
+#define LDI_EXCEPTION_PART
+#else
+#define LDI_EXCEPTION_PART _no_exceptions
+#endif
+
+// What the whole translation unit may use, and compilers do without being asked.
+#if defined(__AVX512VBMI__)
+#define LDI_VECTOR_PART _avx512vbmi
+#elif defined(__AVX512VL__)
+#define LDI_VECTOR_PART _avx512vl
+#elif defined(__AVX512F__)
+#define LDI_VECTOR_PART _avx512
+#elif defined(__AVX2__)
+#define LDI_VECTOR_PART _avx2
+#elif defined(__AVX__)
+#define LDI_VECTOR_PART _avx
+#elif defined(__SSE4_2__)
+#define LDI_VECTOR_PART _sse4_2
+#elif defined(__SSE4_1__)
+#define LDI_VECTOR_PART _sse4_1
+#elif defined(__SSSE3__)
+#define LDI_VECTOR_PART _ssse3
+#elif defined(__SSE3__)
+#define LDI_VECTOR_PART _sse3
+#elif defined(__ARM_FEATURE_SVE)
+#define LDI_VECTOR_PART _sve
+#elif defined(__wasm_relaxed_simd__)
+#define LDI_VECTOR_PART _relaxed_simd
+#elif defined(__wasm_simd128__)
+#define LDI_VECTOR_PART _simd
+#else
+#define LDI_VECTOR_PART
+#endif
+
+#if defined(__AVX512VNNI__) || defined(__AVXVNNI__) || defined(__ARM_FEATURE_DOTPROD)
+#define LDI_DOT_PRODUCT_PART _dot
+#else
+#define LDI_DOT_PRODUCT_PART
+#endif
+
+#if defined(__FMA__) || defined(__FMA4__)
+#define LDI_FMA_PART _fma
+#else
+#define LDI_FMA_PART
+#endif
+
+#if defined(__BMI__) || defined(__BMI2__) || defined(__LZCNT__) || defined(__ARM_FEATURE_ATOMICS)
+#define LDI_BIT_PART _bmi
+#elif defined(__POPCNT__)
+#define LDI_BIT_PART _popcnt
+#else
+#define LDI_BIT_PART
+#endif
+
+#if defined(__FAST_MATH__)
+#define LDI_MATH_PART _fast_math
+#else
+#define LDI_MATH_PART
+#endif
+
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j) v##a##_##b##_##c##d##e##f##g##h##i##j
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j) LDI_JOIN(a, b, c, d, e, f, g, h, i, j)
+#define LDI_CONFIGURATION                                                                                            \
+    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
+                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART)
+
 // ---- ldi/base/error.hpp
 // Errors. Bad input (files, weights, options) raises ldi::error with a code, where it happened, what was expected and what was
 // found. Without exceptions the same four go to a handler that the user installs. Misuse of the API is LDI_ASSERT, not an error.
@@ -39,9 +122,9 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What kind of thing went wrong.
+/// The kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer breaks its format
@@ -50,6 +133,7 @@ enum class error_code {
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
+    out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -62,11 +146,12 @@ constexpr std::string_view to_string(error_code code) {
         case error_code::too_large: return "too large";
         case error_code::file_access: return "file access";
         case error_code::canceled: return "canceled";
+        case error_code::out_of_memory: return "out of memory";
     }
     return "unknown error";
 }
 
-/// What is known about an error: enough to show a person, or to decide what to do.
+/// The facts about an error: enough to show a person, or to decide what to do.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
@@ -116,9 +201,10 @@ inline error_handler set_error_handler(error_handler handler) {
     return std::exchange(detail::installed_error_handler(), handler);
 }
 
-/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns.
-[[noreturn]] inline void raise(error_code code, std::string where, std::string expected, std::string found) {
-    error_details details{code, std::move(where), std::move(expected), std::move(found)};
+/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns. Its parameters
+/// are views, so that none of its many callers makes strings of literals, which takes longest to compile of all they do.
+[[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
+    error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
     throw error(std::move(details));
 #else
@@ -136,14 +222,15 @@ inline error_handler set_error_handler(error_handler handler) {
 
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <initializer_list>
 #include <new>
 #include <type_traits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// Where memory comes from. Must live as long as anything that was allocated from it. Its functions are called on any thread that
+/// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
 /// works for a stage.
 struct memory {
     void* context = nullptr;
@@ -165,7 +252,7 @@ inline void release_to_system(void*, void* block, std::size_t) { std::free(block
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
-/// What this thread allocates from.
+/// The memory that this thread allocates from.
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
@@ -176,7 +263,7 @@ template <class T>
 concept element_iterator = requires(T i) {
     *i;
     ++i;
-    static_cast<std::size_t>(i - i);
+    i - i;
 };
 
 /// Apart from `buffer`, so that it is compiled once for all element types.
@@ -184,13 +271,13 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    std::abort();
+    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
 #endif
 }
 
 }  // namespace detail
 
-/// What buffers on this thread are allocated from at present: the C library's memory unless a `memory_scope` says otherwise.
+/// The memory that buffers on this thread are allocated from at present: the C library's, unless a `memory_scope` says otherwise.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
@@ -208,14 +295,14 @@ private:
     const memory* before_;
 };
 
-/// Asks for values that are not set, where a buffer would set them to zero otherwise.
+/// Asks for values that are left as they are. Without it a buffer sets them to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
 
 /// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
-/// gives it back there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types
-/// as they are; a moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without
-/// exceptions the program ends.
+/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
+/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
+/// exceptions it raises error_code::out_of_memory.
 template <class T>
 class buffer {
 public:
@@ -250,6 +337,11 @@ public:
     ~buffer() { release(); }
 
     std::size_t size() const { return size_; }
+    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    std::int32_t count() const {
+        LDI_ASSERT(size_ <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size_);
+    }
     std::size_t capacity() const { return capacity_; }
     bool empty() const { return size_ == 0; }
     T* data() { return values_; }
@@ -274,17 +366,17 @@ public:
 
     /// New values are zero.
     void resize(std::size_t count) {
-        change_size(count, [](void* place) { ::new (place) T(); });
+        change_size(count, [](T* place) { construct(place); });
     }
     /// New values of trivial types are not set.
     void resize(std::size_t count, unset_t) {
         if constexpr (std::is_trivially_default_constructible_v<T>)
-            change_size(count, [](void*) {});
+            change_size(count, [](T*) {});
         else
             resize(count);
     }
     void resize(std::size_t count, const T& value) {
-        change_size(count, [copy = value](void* place) { ::new (place) T(copy); });
+        change_size(count, [copy = value](T* place) { construct(place, copy); });
     }
     void reserve(std::size_t count) {
         if (count > capacity_) reallocate(count);
@@ -307,9 +399,11 @@ public:
         if (size_ == capacity_) {
             T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
             reallocate(grown(size_ + 1));
-            return *::new (static_cast<void*>(values_ + size_++)) T(std::move(made));
+            construct(values_ + size_, std::move(made));
+        } else {
+            construct(values_ + size_, std::forward<Arguments>(arguments)...);
         }
-        return *::new (static_cast<void*>(values_ + size_++)) T(std::forward<Arguments>(arguments)...);
+        return values_[size_++];  // only now: what could not be made is not destroyed
     }
     void pop_back() {
         --size_;
@@ -318,28 +412,27 @@ public:
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
-        const std::size_t count = static_cast<std::size_t>(last - first);
+        const std::size_t count = distance(first, last);
         if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
-        for (; first != last; ++first, ++size_) ::new (static_cast<void*>(values_ + size_)) T(static_cast<T>(*first));
+        for (; first != last; ++first, ++size_) construct(values_ + size_, static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at,
-                          count = static_cast<std::size_t>(last - first);
+        const std::size_t at = distance(begin(), place), moved = size_ - at, count = distance(first, last);
         if (size_ + count > capacity_) reallocate(grown(size_ + count));
         if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
-        for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        for (T* to = values_ + at; first != last; ++first, ++to) construct(to, static_cast<T>(*first));
         size_ += count;
         return values_ + at;
     }
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
-        size_ -= static_cast<std::size_t>(last - first);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, distance(last, end()) * sizeof(T));
+        size_ -= distance(first, last);
         return first;
     }
     T* erase(T* place) { return erase(place, place + 1); }
@@ -359,16 +452,25 @@ public:
     }
 
 private:
+    template <class... Arguments>
+    static T& construct(T* place, Arguments&&... arguments) {
+        return *::new (static_cast<void*>(place)) T(std::forward<Arguments>(arguments)...);
+    }
+    template <class Iterator>
+    static std::size_t distance(Iterator first, Iterator last) {
+        return static_cast<std::size_t>(last - first);
+    }
+
     std::size_t grown(std::size_t needed) const {
         const std::size_t more = capacity_ + capacity_ / 2 + 4;
         return more > needed ? more : needed;
     }
 
-    template <class Construct>
-    void change_size(std::size_t count, Construct construct) {
+    template <class Make>
+    void change_size(std::size_t count, Make make) {
         if (count < size_) destroy_from(count);
         if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
-        for (; size_ < count; ++size_) construct(static_cast<void*>(values_ + size_));
+        for (; size_ < count; ++size_) make(values_ + size_);
     }
 
     void destroy_from(std::size_t count) {
@@ -377,9 +479,9 @@ private:
         size_ = count;
     }
 
-    void reallocate(std::size_t capacity) {
+    [[gnu::noinline]] void reallocate(std::size_t capacity) {  // seldom called, from very many places
         if (from_ == nullptr) from_ = &current_memory();
-        if (capacity > static_cast<std::size_t>(-1) / 2 / sizeof(T)) detail::out_of_memory();
+        if (capacity > SIZE_MAX / 2 / sizeof(T)) detail::out_of_memory();
         constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
         T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
         if (values == nullptr) detail::out_of_memory();
@@ -387,7 +489,7 @@ private:
             if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
         } else {
             for (std::size_t i = 0; i < size_; ++i) {
-                ::new (static_cast<void*>(values + i)) T(std::move(values_[i]));
+                construct(values + i, std::move(values_[i]));
                 values_[i].~T();
             }
         }
@@ -419,7 +521,7 @@ private:
 #include <thread>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
@@ -440,12 +542,13 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it. The first exception
+/// `count` is smaller. A grain should be worth more than the few microseconds that handing a piece to a thread costs. The places
+/// of the cuts depend on the executor, so results must not depend on them. The first exception
 /// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces a thread even out uneven work
+    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces per thread even out uneven work
     const std::size_t possible = count / std::max<std::size_t>(grain, 1);
     const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {
@@ -582,9 +685,9 @@ private:
 }  // namespace ldi
 
 // ---- ldi/base/progress.hpp
-// How the caller follows long work, and stops it.
+// Progress reports of long work, and the way to cancel it.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Both functions may be null; both are called on the thread that called the stage.
 struct progress_listener {
@@ -596,21 +699,48 @@ struct progress_listener {
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
+            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
     }
 };
 
 }  // namespace ldi
+
+// ---- ldi/base/numbers.hpp
+// Conversions between kinds of numbers, by names that say what becomes of the value.
+
+#include <cmath>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
+template <std::integral Integer>
+constexpr float nearest_float(Integer n) {
+    return static_cast<float>(n);
+}
+
+/// The same in double precision: itself up to 2^53.
+template <std::integral Integer>
+constexpr double nearest_double(Integer n) {
+    return static_cast<double>(n);
+}
+
+/// The nearest byte; of two that are equally near, the larger.
+inline std::uint8_t rounded_to_byte(float value) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F)));
+}
+
+/// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
+constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
+
+}  // namespace ldi::detail
 
 // ---- ldi/core/camera.hpp
 // The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
 // corresponding ray according to its depth" (section "Meshing"); these are the ray and the depth.
 
 #include <array>
-#include <cmath>
-#include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
 /// y up, the camera at the origin looking along -z.
@@ -618,28 +748,32 @@ struct pinhole_camera {
     std::int32_t width = 0, height = 0;  ///< of the photo, in pixels
     float focal_length = 0;              ///< in pixels; the optical axis meets the middle of the photo
 
+    /// The middle of the photo, in pixels.
+    float center_x() const { return 0.5F * detail::nearest_float(width); }
+    float center_y() const { return 0.5F * detail::nearest_float(height); }
+
     /// The point at distance `depth` along the optical axis that is seen at (x, y), in pixels.
     std::array<float, 3> unproject(float x, float y, float depth) const {
         const float scale = depth / focal_length;
-        return {(x - 0.5F * static_cast<float>(width)) * scale, (0.5F * static_cast<float>(height) - y) * scale, -depth};
+        return {(x - center_x()) * scale, (center_y() - y) * scale, -depth};
     }
 
-    /// Where a point in front of the camera is seen, in pixels.
+    /// The place in the photo at which a point in front of the camera is seen, in pixels.
     std::array<float, 2> project(const std::array<float, 3>& point) const {
         const float scale = focal_length / -point[2];
-        return {0.5F * static_cast<float>(width) + point[0] * scale, 0.5F * static_cast<float>(height) - point[1] * scale};
+        return {center_x() + point[0] * scale, center_y() - point[1] * scale};
     }
 };
 
 /// The focal length in pixels of a lens given as 35 mm equivalent, which compares diagonals (EXIF FocalLengthIn35mmFilm).
 inline float focal_length_from_35mm(float millimeters, std::int32_t width, std::int32_t height) {
-    return millimeters * std::hypot(static_cast<float>(width), static_cast<float>(height)) / std::hypot(36.0F, 24.0F);
+    return millimeters * std::hypot(detail::nearest_float(width), detail::nearest_float(height)) / std::hypot(36.0F, 24.0F);
 }
 
 /// The focal length in pixels that gives `degrees` of view over the longer side of the photo.
 inline float focal_length_from_field_of_view(float degrees, std::int32_t width, std::int32_t height) {
     const float radians = degrees * 3.14159265358979F / 180.0F;
-    return 0.5F * static_cast<float>(width > height ? width : height) / std::tan(0.5F * radians);
+    return 0.5F * detail::nearest_float(width > height ? width : height) / std::tan(0.5F * radians);
 }
 
 /// The distances that disparity 1 and disparity 0 stand for. In between, disparity is linear in 1 / depth, so that equal steps of
@@ -651,8 +785,8 @@ struct depth_range {
     float inverse_depth(float disparity) const { return 1.0F / z_far + disparity * (1.0F / z_near - 1.0F / z_far); }
     float depth(float disparity) const { return 1.0F / inverse_depth(disparity); }
 
-    /// How far, in pixels, a texture drawn in perspective-correct fashion lies from where the photo has it, at worst, along an
-    /// edge of `length` pixels between these disparities: renderers move the middle of an edge towards its nearer end.
+    /// The largest error, in pixels, of a texture along an edge of `length` pixels between these disparities, when it is drawn
+    /// with perspective-correct interpolation: renderers move the middle of an edge towards its nearer end.
     float texture_shift(float length, float disparity_a, float disparity_b) const {
         const float a = inverse_depth(disparity_a), b = inverse_depth(disparity_b);
         return 0.25F * length * std::abs(a - b) / (a < b ? a : b);  // length (r - 1) / (r + 1) with r^2 = a / b is less than this
@@ -663,9 +797,10 @@ struct depth_range {
 
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
+// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one of
+// its rows.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
@@ -690,7 +825,7 @@ constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side:
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
 /// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and so on round.
+/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the other sides.
 ///
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
@@ -699,6 +834,15 @@ struct graph {
     buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
+    /// K as a pixel's index.
+    std::int32_t count() const { return x.count(); }
+
+    /// Positions on the lattice, W x H of them, and which of these (x, y) is, row by row.
+    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width} * height); }
+    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
+        return static_cast<std::size_t>(std::int64_t{at_y} * width + at_x);
+    }
+    std::size_t position_of(std::int32_t pixel) const { return position(x[pixel], y[pixel]); }
 
     buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
     const buffer<std::int32_t>& neighbors(side s) const {
@@ -722,7 +866,7 @@ struct graph {
     std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
         x.push_back(pixel_x), y.push_back(pixel_y);
         for (side s : all_sides) neighbors(s).push_back(no_pixel);
-        return static_cast<std::int32_t>(size()) - 1;
+        return count() - 1;
     }
 
     /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
@@ -747,16 +891,15 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
     LDI_ASSERT(width >= 0 && height >= 0);
     graph g;
     g.width = width, g.height = height;
-    g.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    std::size_t i = 0;
+    g.resize(g.position_count());
+    std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)
         for (std::int32_t x = 0; x < width; ++x, ++i) {
-            const std::int32_t index = static_cast<std::int32_t>(i);
             g.x[i] = x, g.y[i] = y;
-            g.up[i] = y > 0 ? index - width : no_pixel;
-            g.down[i] = y + 1 < height ? index + width : no_pixel;
-            g.left[i] = x > 0 ? index - 1 : no_pixel;
-            g.right[i] = x + 1 < width ? index + 1 : no_pixel;
+            g.up[i] = y > 0 ? i - width : no_pixel;
+            g.down[i] = y + 1 < height ? i + width : no_pixel;
+            g.left[i] = x > 0 ? i - 1 : no_pixel;
+            g.right[i] = x + 1 < width ? i + 1 : no_pixel;
         }
     return g;
 }
@@ -769,7 +912,7 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
@@ -779,25 +922,24 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (g.left[i] == no_pixel) ++first_run[g.y[i] + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
     buffer<std::int32_t> starts(first_run.back());
     buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = static_cast<std::int32_t>(i);
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = i;
 
+    const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        if (g.x[i] != g.x[j]) return g.x[i] < g.x[j];
-        if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
+        if (g.x[a] != g.x[b]) return g.x[a] < g.x[b];
+        if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
         return a < b;
     };
     buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
-        const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
-        const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
+        const auto first = starts.begin() + first_run[y], last = starts.begin() + first_run[y + 1];
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
             for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
@@ -819,7 +961,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
-    for (std::size_t i = 0; i < order.size(); ++i) new_index[order[i]] = static_cast<std::int32_t>(i);
+    for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
     graph result;
     result.width = g.width, result.height = g.height;
     result.x = reordered(g.x, order), result.y = reordered(g.y, order);
@@ -841,7 +983,7 @@ inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
 // Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
 // so walking it run by run is walking image rows.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
 struct pixel_run {
@@ -853,7 +995,7 @@ struct pixel_run {
 /// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph& g, Visit&& visit) {
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
         while (last < count && g.right[last - 1] == last) ++last;
@@ -874,13 +1016,13 @@ inline buffer<pixel_run> runs_of(const graph& g) {
 // Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
-    buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
+    buffer<std::int32_t> parent;  ///< per fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
 /// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
@@ -902,8 +1044,7 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
         return at;
     };
     const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    const std::size_t i = static_cast<std::size_t>(pixel);
-    const bool odd_x = g.x[i] % 2 == 1, odd_y = g.y[i] % 2 == 1;
+    const bool odd_x = g.x[pixel] % 2 == 1, odd_y = g.y[pixel] % 2 == 1;
     if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
     if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
     if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
@@ -925,9 +1066,8 @@ inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, co
     std::size_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
-        const std::size_t start = static_cast<std::size_t>(run.first);
-        const std::int32_t y = g.y[start] / 2;
-        std::int32_t x = (g.x[start] + 1) / 2;
+        const std::int32_t y = g.y[run.first] / 2;
+        std::int32_t x = (g.x[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
             result.topology.x[n] = x, result.topology.y[n] = y;
@@ -985,10 +1125,10 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
         std::int32_t pixel, parent;
     };
     buffer<adoption> ring, next;
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         if (parent[i] != no_pixel) continue;
-        const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
-        if (found != no_pixel) ring.push_back({pixel, found});
+        const std::int32_t found = parent_beside(i);
+        if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
         // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.
@@ -1030,7 +1170,7 @@ inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay
 // "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
 // the order of merging.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 class disjoint_sets {
 public:
@@ -1045,14 +1185,14 @@ public:
 
     /// Appends an integer in a set of its own, and returns it.
     std::int32_t add() {
-        const std::int32_t member = static_cast<std::int32_t>(parent_.size());
+        const std::int32_t member = parent_.count();
         parent_.push_back(member);
         return member;
     }
 
     /// The smallest member of the set that holds `member`.
     std::int32_t find(std::int32_t member) {
-        LDI_ASSERT(member >= 0 && static_cast<std::size_t>(member) < size());
+        LDI_ASSERT(member >= 0 && member < parent_.count());
         while (parent(member) != member) {
             parent(member) = parent(parent(member));
             member = parent(member);
@@ -1076,8 +1216,8 @@ public:
     std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
-        for (std::size_t i = 0; i < size(); ++i) {
-            const std::size_t up = static_cast<std::size_t>(parent_[i]);  // never above i, so it has its number already
+        for (std::int32_t i = 0; i < parent_.count(); ++i) {
+            const std::int32_t up = parent_[i];  // never above i, so it has its number already
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;
@@ -1095,7 +1235,7 @@ private:
 // Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
 // isolated features at middle values) and everything that must treat a surface as one thing starts from them.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
@@ -1115,22 +1255,21 @@ inline components connected_components(const graph& g) {
     buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
     run_of.resize(count);
     detail::disjoint_sets sets;
-    for (std::size_t run = 0; run < runs.size(); ++run) {
+    for (std::int32_t run = 0; run < runs.count(); ++run) {
         sets.add();
-        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, static_cast<std::int32_t>(run));
+        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, run);
     }
 
-    for (std::size_t run = 0; run < runs.size(); ++run) {
-        const std::int32_t this_run = static_cast<std::int32_t>(run);
+    for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left[runs[run].first];
-        if (left != no_pixel) sets.merge(this_run, run_of[left]);
+        if (left != no_pixel) sets.merge(run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
             const std::int32_t run_above = run_of[above];
-            sets.merge(this_run, run_above);
+            sets.merge(run, run_above);
             merged_first = runs[run_above].first, merged_last = runs[run_above].last;
         }
     }
@@ -1157,7 +1296,7 @@ inline components connected_components(const graph& g) {
 // until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
 // rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
@@ -1199,7 +1338,7 @@ public:
     /// The number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all values with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known value gets the
+    /// Finds all values with `rounds` Gauss-Seidel rounds per level. A cell from which no links lead to a known value gets the
     /// mean of all known ones.
     void solve(int rounds) {
         if (size() == 0) return;
@@ -1249,7 +1388,7 @@ private:
             known.push_back({});
             links.push_back({});
             position.push_back({x, y});
-            return static_cast<std::int32_t>(value.size()) - 1;
+            return value.count() - 1;
         }
 
         void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
@@ -1257,7 +1396,7 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
+        /// Keeps the first of two neighbors on a side, which a joined cell may have where surfaces branch.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }
@@ -1339,10 +1478,10 @@ private:
 // Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
 // in without a copy, and return an `image`, which owns its values.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot
-/// change them, and is what stages take.
+/// H x W x C values that belong to somebody else, with `row_stride` values from the start of a row to the start of the next.
+/// Stages take an `image_view<const T>`, which cannot change them.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
@@ -1360,7 +1499,7 @@ public:
           row_stride_(row_stride == 0 ? width * channels : row_stride) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// What may be changed may be read.
+    /// From a view that may change the values to one that may not.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
@@ -1380,9 +1519,9 @@ public:
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) const {
-        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ &&
-                   static_cast<std::size_t>(c) < channels_);
-        return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
+        const std::size_t column = static_cast<std::size_t>(x), channel = static_cast<std::size_t>(c);
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && column < width_ && channel < channels_);
+        return row(y)[column * channels_ + channel];
     }
 
 private:
@@ -1390,7 +1529,7 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values of its own, without gaps.
+/// H x W x C values that it owns, without gaps.
 template <class Scalar>
 class image {
 public:
@@ -1480,16 +1619,16 @@ bool same_shape(const auto& a, const auto& b) {
 }  // namespace ldi
 
 // ---- ldi/core/surface.hpp
-// Which pixels are one surface: the one threshold on disparity that every stage asks (the paper's tau_disp).
+// The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
 struct surface_rule {
     /// Neighbors that differ by more than this in disparity are on different surfaces (the paper's tau_disp).
     float largest_step = 0.05F;
 
-    /// Whether two pixels with these disparities, side by side, are one surface. False if one of them is not a number.
+    /// Whether two neighbors with these disparities are on one surface. False if one of them is not a number.
     bool same_surface(float a, float b) const {
         const float step = a - b;
         return (step < 0 ? -step : step) <= largest_step;
@@ -1504,26 +1643,26 @@ struct surface_rule {
 
 #include <tuple>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
 ///
 ///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
 ///
-/// Where it doesn't, a new pixel gets a copy from the pixel of the photo whose surface it continues.
+/// Otherwise a new pixel gets a copy from the pixel of the photo whose surface it continues.
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
 };
 
-/// What pixels that expand() adds have in a column.
+/// The value that pixels added by expand() get in a column.
 enum class new_pixels {
-    copy,  ///< what the pixel of the photo has that they grew from
+    copy,  ///< that of the pixel of the photo that they grew from
     zero,
 };
 
-/// What a column says of new pixels, or the default.
+/// The rule that a column gives for new pixels, or the default.
 template <payload_column Column>
 constexpr new_pixels at_new_pixels() {
     if constexpr (requires { Column::at_new_pixels; })
@@ -1563,7 +1702,9 @@ public:
     graph topology;
     surface_rule surface;   ///< which of its pixels are one surface
     pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< what its disparities stand for
+    depth_range range;      ///< the distances that its disparities stand for
+    /// How far the camera may go (render/motion.hpp) before it sees past where hidden surfaces end; 0 where there are none.
+    float motion = 0.0F;
 
     /// Whether there is such a column.
     template <class Column>
@@ -1587,13 +1728,13 @@ public:
     /// The scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return std::span<typename Column::scalar, Column::channels>(
-            column<Column>().data() + static_cast<std::size_t>(pixel) * Column::channels, Column::channels);
+        return std::span<typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
+                                                                    Column::channels);
     }
     template <payload_column Column>
     std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return std::span<const typename Column::scalar, Column::channels>(
-            column<Column>().data() + static_cast<std::size_t>(pixel) * Column::channels, Column::channels);
+        return std::span<const typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
+                                                                          Column::channels);
     }
 
     /// Makes every column as long as the graph; new rows are zero.
@@ -1607,14 +1748,14 @@ public:
 
     /// Cuts off the pixels whose place in `kept` is 0, with their links and rows; the others stay in their order.
     ///
-    /// kept  one a pixel
+    /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
         LDI_ASSERT(kept.size() == size());
         buffer<std::int32_t> order;
         std::size_t count = 0;
         for (const bool stays : {true, false}) {
-            for (std::size_t i = 0; i < kept.size(); ++i)
-                if ((kept[i] != 0) == stays) order.push_back(static_cast<std::int32_t>(i));
+            for (std::int32_t i = 0; i < topology.count(); ++i)
+                if ((kept.data()[i] != 0) == stays) order.push_back(i);
             if (stays) count = order.size();
         }
         for (std::size_t n = count; n < order.size(); ++n)
@@ -1628,11 +1769,16 @@ public:
     template <payload_column... Others>
     void take(layered_image<Others...>&& other) {
         topology = std::move(other.topology);
-        surface = other.surface, camera = other.camera, range = other.range;
+        surface = other.surface, camera = other.camera, range = other.range, motion = other.motion;
         ((column<Others>() = std::move(other.template column<Others>())), ...);
     }
 
 private:
+    template <class Column>
+    static std::size_t first_scalar(std::int32_t pixel) {
+        return static_cast<std::size_t>(pixel) * Column::channels;
+    }
+
     template <class Column>
     struct storage {
         buffer<typename Column::scalar> values;
@@ -1658,7 +1804,7 @@ public:
     using layered_image<Columns...>::layered_image;
     explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
         const graph& g = this->topology;
-        LDI_ASSERT(g.size() == static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+        LDI_ASSERT(g.size() == g.position_count());
     }
 };
 
@@ -1699,7 +1845,7 @@ auto add_column(Layers layers, std::span<const typename Column::scalar> values) 
 
 #include <optional>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The invariants, in the order in which they are checked.
 enum class invariant {
@@ -1709,7 +1855,7 @@ enum class invariant {
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
     one_step_away,       ///< a neighbor lies one step to its side
     canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
-    a_row_a_pixel,       ///< every payload column has a row for each pixel
+    a_row_a_pixel,       ///< every payload column has one row per pixel
     disparity_in_range,  ///< disparities lie in [0, 1]
 };
 
@@ -1738,11 +1884,9 @@ inline std::optional<violation> validate(const graph& g) {
     for (side s : all_sides)
         if (g.neighbors(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     if (g.y.size() != g.size()) return violation{invariant::equal_columns, no_pixel};
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
-    for (std::int32_t i = 0; i < count; ++i) {
-        const std::size_t k = static_cast<std::size_t>(i);
-        if (g.x[k] < 0 || g.x[k] >= g.width || g.y[k] < 0 || g.y[k] >= g.height) return violation{invariant::inside_lattice, i};
-    }
+    const std::int32_t count = g.count();
+    for (std::int32_t i = 0; i < count; ++i)
+        if (g.x[i] < 0 || g.x[i] >= g.width || g.y[i] < 0 || g.y[i] >= g.height) return violation{invariant::inside_lattice, i};
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);
@@ -1757,23 +1901,21 @@ inline std::optional<violation> validate(const graph& g) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);
             if (n == no_pixel) continue;
-            const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
-            if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
+            if (g.x[n] != g.x[i] + step_x(s) || g.y[n] != g.y[i] + step_y(s)) return violation{invariant::one_step_away, i};
         }
     return std::nullopt;
 }
 
-/// The same of a layered image: its graph is sound, each of its columns is as long as that, and its disparities lie in [0, 1].
+/// The same for a layered image: its graph is sound, each column has one row per pixel, and disparities lie in [0, 1].
 template <payload_column... Columns>
 std::optional<violation> validate(const layered_image<Columns...>& layers) {
     if (const std::optional<violation> broken = validate(layers.topology)) return broken;
     if (!((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...))
         return violation{invariant::a_row_a_pixel, no_pixel};
     if constexpr (has_columns<layered_image<Columns...>, disparity_column>)
-        for (std::size_t i = 0; i < layers.size(); ++i) {
+        for (std::int32_t i = 0; i < layers.topology.count(); ++i) {
             const float disparity = layers.template column<disparity_column>()[i];
-            if (!(disparity >= 0.0F && disparity <= 1.0F))
-                return violation{invariant::disparity_in_range, static_cast<std::int32_t>(i)};
+            if (!(disparity >= 0.0F && disparity <= 1.0F)) return violation{invariant::disparity_in_range, i};
         }
     return std::nullopt;
 }
@@ -1782,8 +1924,8 @@ std::optional<violation> validate(const layered_image<Columns...>& layers) {
 inline std::optional<violation> validate_canonical(const graph& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);
-    for (std::size_t i = 0; i < order.size(); ++i)
-        if (order[i] != static_cast<std::int32_t>(i)) return violation{invariant::canonical_order, static_cast<std::int32_t>(i)};
+    for (std::int32_t i = 0; i < order.count(); ++i)
+        if (order[i] != i) return violation{invariant::canonical_order, i};
     return std::nullopt;
 }
 
@@ -1793,7 +1935,7 @@ inline std::optional<violation> validate_canonical(const graph& g, std::span<con
 // Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
 // "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
@@ -1817,12 +1959,12 @@ struct reached_element {
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
 inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
-    const std::size_t count = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
+    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < g.size());
+    LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
     const auto element = [&](std::int32_t row, std::int32_t column) -> std::int32_t& {
-        return window[static_cast<std::size_t>(row * kernel_size + column)];
+        return window.data()[row * kernel_size + column];
     };
     std::array<detail::reached_element, std::size_t{largest_kernel_size} * std::size_t{largest_kernel_size}> reached;
     std::size_t reached_count = 0;
@@ -1900,6 +2042,7 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 
 #if LDI_HAS_X86_KERNELS
 #define LDI_AVX2_FEATURES "avx2,fma"
+#define LDI_AVX_VNNI_FEATURES "avx2,fma,avxvnni"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
 #define LDI_AVX512BF16_FEATURES LDI_AVX512VNNI_FEATURES ",avx512bf16"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
@@ -1914,6 +2057,25 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #endif
 #endif
 
+// ---- ldi/kernels/detail/cpuid.hpp
+// x86's CPUID instruction: what the processor says of itself.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+struct cpuid_leaf {
+    std::uint32_t a = 0, b = 0, c = 0, d = 0;
+
+    explicit cpuid_leaf(std::uint32_t leaf, std::uint32_t subleaf = 0) {
+        asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
+    }
+};
+
+}  // namespace ldi::detail
+
+#endif
+
 // ---- ldi/kernels/detail/amx_permission.hpp
 // Whether this program may use AMX: the processor has it, the operating system saves its registers, and Linux grants them to this
 // process, which has to ask for them because they add 8 KiB to what is saved of each thread that uses them.
@@ -1923,15 +2085,7 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace ldi::detail {
-
-struct cpuid_leaf {
-    std::uint32_t a = 0, b = 0, c = 0, d = 0;
-
-    explicit cpuid_leaf(std::uint32_t leaf, std::uint32_t subleaf = 0) {
-        asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
-    }
-};
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// 8 tiles of 16 rows of 64 bytes, products of bytes, and an operating system that knows of them.
 inline bool processor_has_amx() {
@@ -1978,7 +2132,7 @@ inline bool may_use_amx() {
 
 #endif
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Where there is no way of asking, whether the compiler's flags promise it.
 inline bool has_dot_product_extension() {
@@ -1999,71 +2153,125 @@ inline bool has_dot_product_extension() {
 
 #endif
 
-// ---- ldi/kernels/isa.hpp
-// Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, neon, wasm) forces one, for tests and benchmarks.
+// ---- ldi/kernels/detail/cpu_features.hpp
+// Features of a processor that kernels need, and whether it and its operating system have them.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-enum class isa {
-    scalar,            ///< portable C++, and the reference in tests
-    avx2,              ///< AVX2 and FMA
-    avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,          ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
-    neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    avx512_bf16,
+    amx_int8,
+    arm_dot_product,
+    wasm_simd128,
 };
 
-/// Slowest first.
-inline constexpr std::array all_isas{isa::scalar,           isa::avx2,        isa::avx512vnni, isa::amx_int8,
-                                     isa::neon_dot_product, isa::wasm_simd128};
+namespace detail {
 
-/// The name as LDI_ISA spells it.
-constexpr std::string_view to_string(isa set) {
-    switch (set) {
-        case isa::scalar: return "scalar";
-        case isa::avx2: return "avx2";
-        case isa::avx512vnni: return "avx512vnni";
-        case isa::amx_int8: return "amx";
-        case isa::neon_dot_product: return "neon";
-        case isa::wasm_simd128: return "wasm";
-    }
-    return "unknown";
-}
-
-/// The set whose kernels run all but matrix products where this one is chosen.
-constexpr isa without_tiles(isa set) { return set == isa::amx_int8 ? isa::avx512vnni : set; }
-
-/// Whether this processor and operating system run it, and this build of ldi has it.
-inline bool is_available(isa set) {
-    switch (set) {
-        case isa::scalar: return true;
 #if LDI_HAS_X86_KERNELS
-        case isa::avx2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-        case isa::avx512vnni:
-            return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
+/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+inline bool has_avx_vnni() {
+    static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
+    return found;
+}
+#endif
+
+/// False where this build of ldi has no kernels for the processor.
+inline bool has_feature(cpu_feature feature) {
+    switch (feature) {
+        case cpu_feature::none: return true;
+#if LDI_HAS_X86_KERNELS
+        case cpu_feature::avx2: return __builtin_cpu_supports("avx2");
+        case cpu_feature::fma: return __builtin_cpu_supports("fma");
+        case cpu_feature::avx_vnni: return has_avx_vnni();
+        case cpu_feature::avx512:
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+        case cpu_feature::avx512_vnni: return __builtin_cpu_supports("avx512vnni");
+        case cpu_feature::avx512_bf16: return __builtin_cpu_supports("avx512bf16");
 #endif
 #if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
+        case cpu_feature::amx_int8: return may_use_amx();
 #endif
 #if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return detail::has_dot_product_extension();
+        case cpu_feature::arm_dot_product: return has_dot_product_extension();
 #endif
 #if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return true;
+        case cpu_feature::wasm_simd128: return true;
 #endif
         default: return false;
     }
 }
 
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/isa.hpp
+// Instruction sets that the kernels of kernels/ are written for: one row of `instruction_sets` each. Which one runs is decided at
+// run time, when weights are packed; all of them give the same bits. The environment variable LDI_ISA forces one by its name, for
+// tests and benchmarks. A new set is a row here, a file in the folder of each family that it makes faster, and a row in that
+// family's table (kernels/gemm_u8.hpp and its like); README.md beside this file shows which set has which.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+enum class isa {
+    scalar,            ///< portable C++, and the reference in tests
+    avx2,              ///< AVX2 and FMA
+    avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
+    avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
+    amx_int8,          ///< AMX's tiles of bytes, where Linux grants them
+    neon_dot_product,  ///< 64-bit Arm with the dot product extension
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+};
+
+struct instruction_set {
+    isa id;
+    std::string_view name;             ///< as LDI_ISA spells it
+    std::array<cpu_feature, 6> needs;  ///< all of them
+    isa otherwise;                     ///< whose kernel runs where a family has none for this set
+};
+
+/// Slowest first.
+inline constexpr std::array instruction_sets{
+    instruction_set{isa::scalar, "scalar", {}, isa::scalar},
+    instruction_set{isa::avx2, "avx2", {cpu_feature::avx2, cpu_feature::fma}, isa::scalar},
+    instruction_set{isa::avx_vnni, "avxvnni", {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx_vnni}, isa::avx2},
+    instruction_set{isa::avx512vnni,
+                    "avx512vnni",
+                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni},
+                    isa::avx2},
+    instruction_set{isa::amx_int8,
+                    "amx",
+                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni, cpu_feature::amx_int8},
+                    isa::avx512vnni},
+    instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
+    instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
+
+constexpr const instruction_set& find_instruction_set(isa id) {
+    for (const instruction_set& set : instruction_sets)
+        if (set.id == id) return set;
+    return instruction_sets.front();
+}
+
+/// The name as LDI_ISA spells it.
+constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
+
+/// Whether this processor and operating system run it, and this build of ldi has it.
+inline bool is_available(isa set) {
+    for (const cpu_feature feature : find_instruction_set(set).needs)
+        if (!detail::has_feature(feature)) return false;
+    return true;
+}
+
 /// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
-/// AVX-512 (AVX512_BF16: Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
+/// AVX-512 (Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
 inline bool multiplies_bfloat16(isa set) {
-#if LDI_HAS_X86_KERNELS
-    if (without_tiles(set) == isa::avx512vnni) return __builtin_cpu_supports("avx512bf16");
-#endif
-    return set == isa::scalar;
+    const bool is_avx512 = set == isa::avx512vnni || find_instruction_set(set).otherwise == isa::avx512vnni;
+    return set == isa::scalar || (is_avx512 && detail::has_feature(cpu_feature::avx512_bf16));
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
@@ -2072,14 +2280,23 @@ inline isa best_isa() {
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
     isa best = isa::scalar;
     std::string names;
-    for (isa set : all_isas) {
-        if (!is_available(set)) continue;
-        if (name == to_string(set)) return set;
-        names.append(names.empty() ? "" : ", ").append(to_string(set));
-        best = set;
+    for (const instruction_set& set : instruction_sets) {
+        if (!is_available(set.id)) continue;
+        if (name == set.name) return set.id;
+        names.append(names.empty() ? "" : ", ").append(set.name);
+        best = set.id;
     }
     if (!name.empty()) raise(error_code::invalid_option, "LDI_ISA", "one of " + names, std::string(name));
     return best;
+}
+
+/// The row of a family's table for this set, or for the nearest one that the table has in its place. Every table has one for
+/// scalar.
+template <class Kernel, std::size_t rows>
+constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
+    for (isa set = wanted;; set = find_instruction_set(set).otherwise)
+        for (const Kernel& kernel : table)
+            if (kernel.set == set) return kernel;
 }
 
 }  // namespace ldi
@@ -2089,7 +2306,7 @@ inline isa best_isa() {
 // arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
 // for bit. Every instruction set must give the values that the functions here give.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// What an 8-bit value stands for: `(q - zero_point) * scale`.
 struct quantization {
@@ -2181,10 +2398,10 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/add_u8_constants.hpp
-// What one quantized addition needs to know: see kernels/add_u8.hpp.
+// ---- ldi/kernels/add_u8/contract.hpp
+// What a kernel of kernels/add_u8.hpp is given and has to do.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Only prepare_add_u8() makes sound ones.
 struct add_u8_constants {
@@ -2192,6 +2409,15 @@ struct add_u8_constants {
     quantized_addition exact;
     /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
     float a_scale = 0, b_scale = 0, offset = 0;
+};
+
+/// One instruction set's kernel: a row of `add_u8_kernels`.
+struct add_u8_kernel {
+    isa set;
+    bool is_integer;  ///< computes `exact`, not the float form
+    /// As add_u8() of kernels/add_u8.hpp.
+    void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                std::uint8_t* result);
 };
 
 }  // namespace ldi
@@ -2204,7 +2430,17 @@ struct add_u8_constants {
 
 #include <limits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// A whole number in float plus the zero point, clamped to 0..255.
+inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
+    const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
+    return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+}
+
+}  // namespace detail
 
 /// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
 /// offset both negated it is the same function of `-acc`.
@@ -2213,10 +2449,8 @@ struct float_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        const float value = std::fma(static_cast<float>(accumulator), scale, accumulator < 0 ? -offset : offset);
-        const float clamped =
-            (std::min)((std::max)(std::trunc(value), static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
-        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+        const float value = std::fma(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
+        return detail::offset_and_clamp(std::trunc(value), zero_point);
     }
 };
 
@@ -2228,11 +2462,8 @@ struct unfused_requantization {
 
     std::uint8_t operator()(std::int32_t accumulator) const {
         // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
-        const auto product = static_cast<float>(double{static_cast<float>(accumulator)} * double{scale});
-        const float value = std::nearbyint(product + (accumulator < 0 ? -offset : offset));
-        const float clamped =
-            (std::min)((std::max)(value, static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
-        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+        const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
+        return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
 };
 
@@ -2242,21 +2473,21 @@ namespace detail {
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
+    const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
         // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
         std::int64_t above = below, step = 1;
-        while (requantize(static_cast<std::int32_t>(above), r) < value) {
+        while (result_at(above) < value) {
             below = above;
             above = (std::min)(above + step, std::int64_t{most});
             step *= 2;
         }
         while (above - below > 1) {
             const std::int64_t middle = below + (above - below) / 2;
-            (requantize(static_cast<std::int32_t>(middle), r) < value ? below : above) = middle;
+            (result_at(middle) < value ? below : above) = middle;
         }
-        points.push_back(static_cast<std::int32_t>(below));
-        points.push_back(static_cast<std::int32_t>(above));
+        for (const std::int64_t point : {below, above}) points.push_back(static_cast<std::int32_t>(point));
         below = above;
     }
     return points;
@@ -2270,13 +2501,13 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
-    const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
+    const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
     std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
-            const Form candidate{scale + static_cast<float>(scale_step) * unit,
+            const Form candidate{scale + nearest_float(scale_step) * unit,
                                  static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
             if (candidate(points[suspect]) != expected[suspect]) continue;
             std::size_t i = 0;
@@ -2308,7 +2539,7 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -2385,12 +2616,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/add_u8_avx2.hpp
+// ---- ldi/kernels/add_u8/avx2.hpp
 // kernels/add_u8.hpp with AVX2: in float, 8 values at a time, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -2442,7 +2673,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -2501,12 +2732,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/add_u8_avx512vnni.hpp
+// ---- ldi/kernels/add_u8/avx512vnni.hpp
 // kernels/add_u8.hpp with AVX-512: in float, 16 values at a time, two fused multiply-adds each.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -2558,7 +2789,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -2659,12 +2890,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/add_u8_neon.hpp
+// ---- ldi/kernels/add_u8/neon.hpp
 // kernels/add_u8.hpp with NEON: the integer form, 4 values at a time.
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -2709,6 +2940,18 @@ LDI_END_TARGET
 
 #endif
 
+// ---- ldi/kernels/add_u8/scalar.hpp
+// kernels/add_u8.hpp in portable C++.
+
+namespace ldi::inline LDI_CONFIGURATION::scalar {
+
+inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                   std::uint8_t* result) {
+    for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
+}
+
+}  // namespace ldi::scalar
+
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
 //
@@ -2718,7 +2961,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 /// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
 /// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.
@@ -2775,12 +3018,12 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 
 #endif
 
-// ---- ldi/kernels/add_u8_wasm.hpp
+// ---- ldi/kernels/add_u8/wasm.hpp
 // kernels/add_u8.hpp with WebAssembly SIMD128: in float, 4 values at a time.
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 struct adder {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
@@ -2832,45 +3075,56 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 #endif
 
 // ---- ldi/kernels/add_u8.hpp
-// Addition of two 8-bit tensors, each in its own quantization. This header is the contract of the family; one file for each
-// instruction set implements it, all with equal results.
+// Addition of two 8-bit tensors, each in its own quantization. One file of add_u8/ for each instruction set, all with equal
+// results.
 
-namespace ldi {
+#include <numeric>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr add_u8_kernel add_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, false, avx2::add_u8},
+    {isa::avx512vnni, false, avx512vnni::add_u8},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, true, neon::add_u8},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, false, wasm_simd128::add_u8},
+#endif
+    {isa::scalar, true, scalar::add_u8},
+};
+static_assert(find_kernel(add_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// result[i] = a[i] + b[i]. The result may be a or b itself, but may not overlap them otherwise.
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
-    switch (sum.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::add_u8(sum, a, b, count, result);
-        case isa::avx2: return avx2::add_u8(sum, a, b, count, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::add_u8(sum, a, b, count, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::add_u8(sum, a, b, count, result);
-#endif
-        default: break;
-    }
-    for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
+    find_kernel(add_u8_kernels, sum.target).run(sum, a, b, count, result);
 }
 
 namespace detail {
 
+/// 0, 1, ... 255.
+inline constexpr std::array<std::uint8_t, 256> all_bytes = [] {
+    std::array<std::uint8_t, 256> bytes{};
+    std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
+    return bytes;
+}();
+
 /// Whether the float form with these constants gives what the integer form does, for `a` and every b.
-inline bool is_exact(const add_u8_constants& sum, std::size_t a, const buffer<std::uint8_t>& expected) {
-    std::uint8_t as[256], bs[256], found[256];
-    std::memset(as, static_cast<int>(a), sizeof as);
-    for (int i = 0; i < 256; ++i) bs[i] = static_cast<std::uint8_t>(i);
-    add_u8(sum, as, bs, 256, found);
+inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<std::uint8_t>& expected) {
+    std::uint8_t as[256], found[256];
+    std::memset(as, a, sizeof as);
+    add_u8(sum, as, all_bytes.data(), 256, found);
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
 /// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
-inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::size_t& suspect) {
+inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
-    for (std::size_t a = 0; a < 256; ++a)
+    for (const std::uint8_t a : all_bytes)
         if (!is_exact(sum, a, expected)) {
             suspect = a;
             return false;
@@ -2882,23 +3136,25 @@ inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& ex
 
 /// target  to prepare for. If no float form agrees with the integer form on all 65,536 pairs, `result.target` is scalar
 inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exact) {
-    add_u8_constants sum{without_tiles(target), exact};
-    if (target == isa::scalar || target == isa::neon_dot_product) return sum;  // they compute the integer form
-    buffer<std::uint8_t> expected(65536);
-    for (std::size_t i = 0; i < expected.size(); ++i)
-        expected[i] = add_quantized(static_cast<std::uint8_t>(i / 256), static_cast<std::uint8_t>(i % 256), exact);
+    const add_u8_kernel& kernel = find_kernel(add_u8_kernels, target);
+    add_u8_constants sum{kernel.set, exact};
+    if (kernel.is_integer) return sum;
+    buffer<std::uint8_t> expected;
+    expected.reserve(65536);
+    for (const std::uint8_t a : detail::all_bytes)
+        for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
     // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
-    std::size_t suspect = 0;
+    std::uint8_t suspect = 0;
     for (int step = 0; step <= 48; ++step)
         for (int a_step = -3; a_step <= 3; ++a_step)
             for (int b_step = -3; b_step <= 3; ++b_step) {
                 const int offset_step = step % 2 == 0 ? step / 2 : -(step + 1) / 2;
                 sum.offset = static_cast<float>(offset + offset_step * 0x1p-18);
-                sum.a_scale = a_scale * (1 + static_cast<float>(a_step) * 0x1p-23F);
-                sum.b_scale = b_scale * (1 + static_cast<float>(b_step) * 0x1p-23F);
+                sum.a_scale = a_scale * (1 + detail::nearest_float(a_step) * 0x1p-23F);
+                sum.b_scale = b_scale * (1 + detail::nearest_float(b_step) * 0x1p-23F);
                 if (detail::is_exact(sum, expected, suspect)) return sum;
             }
     sum.target = isa::scalar;
@@ -2911,7 +3167,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 // Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
 struct area_weights {
@@ -2937,7 +3193,7 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
         for (std::uint64_t s = first; s < last; ++s) {
             const std::uint64_t overlap =
                 std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
-            made.weights.push_back(static_cast<float>(static_cast<double>(overlap) / static_cast<double>(source)));
+            made.weights.push_back(static_cast<float>(detail::nearest_double(overlap) / detail::nearest_double(source)));
         }
     }
     return made;
@@ -2965,7 +3221,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
         for (std::size_t c = 0; c < channels; ++c, ++sums) {
             float mean = 0;
             for (std::size_t i = 0; i < cover.count; ++i) {
-                const float value = static_cast<float>(source[(cover.first + i) * channels + c]);
+                const float value = source[(cover.first + i) * channels + c];
                 const float share = horizontal.weights[cover.weight + i] * value;
                 mean += share;
             }
@@ -3013,7 +3269,7 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 // ---- ldi/kernels/bfloat16.hpp
 // bfloat16: the upper half of a float32, that is its sign, its exponent and 8 significant bits.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct bfloat16 {
     std::uint16_t bits = 0;
@@ -3041,7 +3297,7 @@ inline bfloat16 to_bfloat16(float value) {
 // ---- ldi/kernels/detail/panel_cut.hpp
 // How the outputs of a matrix product or a convolution are shared out among tiles.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
 struct panel_cut {
@@ -3062,7 +3318,7 @@ struct panel_cut {
 // The packed weights of kernels/conv_f32.hpp and kernels/conv_bf16.hpp, and what packing has in common in all arithmetics and on
 // all instruction sets.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
 struct activation {
@@ -3155,7 +3411,7 @@ void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weig
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 /// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
 /// processors that make two of each 512-bit instruction (Zen 4).
@@ -3293,12 +3549,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_bf16_avx512bf16.hpp
+// ---- ldi/kernels/conv_bf16/avx512bf16.hpp
 // kernels/conv_bf16.hpp with AVX512_BF16: vdpbf16ps makes two products for each lane.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512bf16 {
+namespace ldi::inline LDI_CONFIGURATION::avx512bf16 {
 
 using namespace avx512vnni;  // tiles and panels are those of all AVX-512 kernels
 
@@ -3398,17 +3654,32 @@ void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, st
 
 #endif
 
-// ---- ldi/kernels/conv_scalar.hpp
-// kernels/conv_f32.hpp and kernels/conv_bf16.hpp in portable C++.
+// ---- ldi/kernels/conv_bf16/contract.hpp
+// What a kernel of kernels/conv_bf16.hpp is given and has to do.
 
-namespace ldi::scalar {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// One instruction set's kernel: a row of `conv_bf16_kernels`.
+struct conv_bf16_kernel {
+    isa set;  ///< which multiplies_bfloat16()
+    /// Fills `values` and `bias`; all else is there.
+    void (*pack)(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias);
+    /// As conv_bf16() of kernels/conv_bf16.hpp, to float32 and to bfloat16.
+    void (*run)(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                const float* ratios, float* result);
+    void (*run_to_bfloat16)(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride,
+                            std::size_t pixels, const float* ratios, bfloat16* result);
+};
+
+}  // namespace ldi
+
+// ---- ldi/kernels/detail/conv_scalar.hpp
+// What kernels/conv_f32.hpp and kernels/conv_bf16.hpp have in common in portable C++.
+
+namespace ldi::inline LDI_CONFIGURATION::scalar {
 
 /// Outputs that lie side by side in memory. Compilers make vectors of them.
 inline constexpr std::size_t conv_panel = 8;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
-}
 
 /// a * b + c, fused where the compiler's target does that in one instruction: left to itself, the compiler fuses in one tile and
 /// not in another, and a pixel's bits would depend on the tile that it falls into.
@@ -3461,10 +3732,12 @@ inline void conv_by_panels(const conv_weights<Value>& weights, const Value* cons
     }
 }
 
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
-}
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_bf16/scalar.hpp
+// kernels/conv_bf16.hpp in portable C++.
+
+namespace ldi::inline LDI_CONFIGURATION::scalar {
 
 inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
     detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
@@ -3480,14 +3753,23 @@ void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, st
 
 // ---- ldi/kernels/conv_bf16.hpp
 // k x k convolution of bfloat16 values, like kernels/conv_f32.hpp: half the memory, and twice the products an instruction. Sums,
-// bias, ratio and activation are float32. This header is the contract of the family; one file for each instruction set that has
-// such multiplications implements it, beside portable code.
+// bias, ratio and activation are float32. One file of conv_bf16/ for each instruction set that has such multiplications,
+// beside portable code.
 //
 // A pixel's result has the same bits however the pixels are cut into calls. A result is within 1e-5 times the sum of the absolute
 // values of what is added, and where it is rounded to bfloat16 within 2^-8 of itself, of the exact one, if neither values nor
 // products are below 2^-126 (those may count as zero): instruction sets add in different order, and round differently.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_bf16_kernel conv_bf16_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx512vnni, avx512bf16::pack_conv_bf16, avx512bf16::conv_bf16<float>, avx512bf16::conv_bf16<bfloat16>},
+#endif
+    {isa::scalar, scalar::pack_conv_bf16, scalar::conv_bf16<float>, scalar::conv_bf16<bfloat16>},
+};
+static_assert(find_kernel(conv_bf16_kernels, isa::scalar).set == isa::scalar);
 
 /// target   to pack for, one that multiplies_bfloat16()
 /// weights  outputs x rows x inputs, row-major, finite; rounded to bfloat16
@@ -3498,20 +3780,14 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F && multiplies_bfloat16(target));
     conv_bf16_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_bf16_kernels, target).set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     buffer<bfloat16> rounded(weights.size());
     std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
-#if LDI_HAS_X86_KERNELS
-    if (packed.target == isa::avx512vnni) {
-        avx512bf16::pack_conv_bf16(packed, rounded, bias);
-        return packed;
-    }
-#endif
-    scalar::pack_conv_bf16(packed, rounded, bias);
+    find_kernel(conv_bf16_kernels, target).pack(packed, rounded, bias);
     return packed;
 }
 
@@ -3524,15 +3800,16 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
 template <class Result>
 void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
                const float* ratios, Result* result) {
-#if LDI_HAS_X86_KERNELS
-    if (weights.target == isa::avx512vnni) return avx512bf16::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-    scalar::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+    const conv_bf16_kernel& kernel = find_kernel(conv_bf16_kernels, weights.target);
+    if constexpr (std::is_same_v<Result, float>)
+        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+    else
+        kernel.run_to_bfloat16(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi
 
-// ---- ldi/kernels/conv_f32_avx2.hpp
+// ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
 // Two fused multiplications start a cycle and take 4, so 8 sums have to be under way: tiles have 12, in 12, 6 or 4 pixels of 1, 2
@@ -3540,7 +3817,7 @@ void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, st
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
 
@@ -3628,12 +3905,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32_avx512.hpp
+// ---- ldi/kernels/conv_f32/avx512vnni.hpp
 // kernels/conv_f32.hpp with AVX-512.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
     detail::append_conv_panels<1>(packed, weights, bias, conv_half, conv_most_halves);
@@ -3690,7 +3967,24 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32_neon.hpp
+// ---- ldi/kernels/conv_f32/contract.hpp
+// What a kernel of kernels/conv_f32.hpp is given and has to do.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// One instruction set's kernel: a row of `conv_f32_kernels`.
+struct conv_f32_kernel {
+    isa set;
+    /// Fills `values` and `bias`; all else is there. As pack_conv_f32() of kernels/conv_f32.hpp.
+    void (*pack)(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias);
+    /// As conv_f32() of kernels/conv_f32.hpp.
+    void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                const float* ratios, float* result);
+};
+
+}  // namespace ldi
+
+// ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
 //
 // Four inputs of a pixel are one load; fmla by lane multiplies one of them at a time by the weights of 4 outputs, so that nothing
@@ -3699,7 +3993,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
 
@@ -3814,7 +4108,23 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_f32_wasm.hpp
+// ---- ldi/kernels/conv_f32/scalar.hpp
+// kernels/conv_f32.hpp in portable C++.
+
+namespace ldi::inline LDI_CONFIGURATION::scalar {
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+}
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+}
+
+}  // namespace ldi::scalar
+
+// ---- ldi/kernels/conv_f32/wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4. There is no fused multiplication and addition: products are rounded.
 //
 // Inputs are spread over the lanes by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads
@@ -3823,7 +4133,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
 
@@ -3905,13 +4215,29 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 // ---- ldi/kernels/conv_f32.hpp
 // k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
-// side. This header is the contract of the family; one file for each instruction set implements it.
+// side. One file of conv_f32/ for each instruction set.
 //
 // Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
 // has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
 // addition.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_f32_kernel conv_f32_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
+    {isa::avx512vnni, avx512vnni::pack_conv_f32, avx512vnni::conv_f32},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_conv_f32, neon::conv_f32},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_conv_f32, wasm_simd128::conv_f32},
+#endif
+    {isa::scalar, scalar::pack_conv_f32, scalar::conv_f32},
+};
+static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
 /// target   to pack for, one that is_available()
 /// weights  outputs x rows x inputs, row-major, finite
@@ -3922,24 +4248,12 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     conv_f32_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_f32_kernels, target).set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
-        case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_conv_f32(packed, weights, bias); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_conv_f32(packed, weights, bias); break;
-#endif
-        default: scalar::pack_conv_f32(packed, weights, bias); break;
-    }
+    find_kernel(conv_f32_kernels, target).pack(packed, weights, bias);
     return packed;
 }
 
@@ -3951,27 +4265,15 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-        case isa::avx2: return avx2::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-        default: return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-    }
+    find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/conv_u8_weights.hpp
-// The packed weights of kernels/conv_u8.hpp, and what packing has in common on all instruction sets.
+// ---- ldi/kernels/conv_u8/contract.hpp
+// What a kernel of kernels/conv_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The largest absolute value of a weight. Two products of a weight and an unsigned byte then add up in 16 bits, which is what
 /// AVX2 multiplies bytes with.
@@ -3990,6 +4292,19 @@ struct conv_u8_weights {
     buffer<std::int8_t> values;
     buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
     buffer<float> scales, bias;
+};
+
+/// One instruction set's kernel: a row of `conv_u8_kernels`.
+struct conv_u8_kernel {
+    isa set;
+    /// Fills `values`, `offsets`, `scales` and `bias`; all else is there. As pack_conv_u8() of kernels/conv_u8.hpp.
+    void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                 std::span<const float> scales, std::span<const float> bias);
+    /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
+    void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                const float* ratios, std::uint8_t* result);
+    void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
+                         std::size_t pixels, const float* ratios, float* result);
 };
 
 /// What a kernel does with the sums of one panel.
@@ -4042,12 +4357,12 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 }  // namespace detail
 }  // namespace ldi
 
-// ---- ldi/kernels/conv_u8_avx2.hpp
+// ---- ldi/kernels/conv_u8/avx2.hpp
 // kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 inline constexpr std::size_t conv_u8_width = 8, conv_u8_most_vectors = 3, conv_u8_group = 4;
 
@@ -4171,12 +4486,12 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_u8_avx512vnni.hpp
+// ---- ldi/kernels/conv_u8/avx512vnni.hpp
 // kernels/conv_u8.hpp with AVX-512 VNNI: vpdpbusd makes four products for each lane.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                          std::span<const float> scales, std::span<const float> bias) {
@@ -4185,7 +4500,7 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-struct conv_u8_kernel {
+struct conv_u8_tiles {
     static constexpr std::size_t group = 4;  // inputs that are multiplied together
 
     [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
@@ -4242,7 +4557,7 @@ struct conv_u8_kernel {
 
     template <std::size_t half, class Pixels, class Vectors, class Input, class Output>
     static void tile(Pixels pixels, Vectors vectors, const Input& input, std::size_t first_pixel, const Output& out) {
-        conv_tile<conv_u8_kernel, half>(pixels, vectors, input, first_pixel, out);
+        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, out);
     }
 };
 
@@ -4254,18 +4569,100 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
              const float* ratios, Result* result) {
     const auto* const values =
         reinterpret_cast<const std::uint8_t*>(weights.values.data());  // bytes: their signs are the kernel's affair
-    conv_panels<conv_u8_kernel>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
-                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 }  // namespace ldi::avx512vnni
 
 #endif
 
-// ---- ldi/kernels/conv_u8_scalar.hpp
+// ---- ldi/kernels/conv_u8/avx_vnni.hpp
+// kernels/conv_u8.hpp with AVX-VNNI: vpdpbusd makes four products for each of 8 lanes. Weights lie as for AVX2.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+
+using avx2::pack_conv_u8;
+
+LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, std::int32_t inputs,
+                                                const __m256i* weights) {
+    const __m256i x = _mm256_set1_epi32(inputs);
+    ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], x, weights[v])), ...);
+}
+
+/// `count` inputs, 1 to 4, of every pixel, with all vectors of weights.
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                                const std::uint8_t* inputs, std::size_t stride, std::size_t count,
+                                                const std::uint8_t* weights) {
+    const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
+    (multiply_add(vectors, sums + p * sizeof...(v), avx2::load_inputs(inputs + p * stride, count), w), ...);
+}
+
+template <class Result, std::size_t... p, std::size_t... v>
+inline void conv_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                         const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                         const conv_u8_panel_output<Result>& out) {
+    constexpr std::size_t group = avx2::conv_u8_group;
+    __m256i sums[sizeof...(p) * sizeof...(v)] = {};
+    const std::size_t stride = input.pixel_stride;
+    const std::uint8_t* weights = input.weights;
+    for (std::size_t r = 0; r < input.row_count; ++r) {
+        const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+        std::size_t rest = input.inputs;
+        for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * sizeof(__m256i))
+            multiply_add(pixels, vectors, sums, x, stride, group, weights);
+        if (rest == 0) continue;
+        multiply_add(pixels, vectors, sums, x, stride, rest, weights);
+        weights += sizeof...(v) * sizeof(__m256i);
+    }
+    (avx2::finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Result>
+inline void conv_u8_panel(const conv_panel_input<std::uint8_t>& input, std::size_t first, std::size_t last,
+                          const conv_u8_panel_output<Result>& out) {
+    for (; first + pixels <= last; first += pixels)
+        conv_u8_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_u8_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    const detail::panel_cut cut(weights.outputs, avx2::conv_u8_width, avx2::conv_u8_most_vectors);
+    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
+    conv_panel_input<std::uint8_t> input{rows, weights.rows, weights.inputs, pixel_stride, values};
+    conv_u8_panel_output<Result> out(weights, ratios, result);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel);
+        switch (vectors) {
+            case 1: conv_u8_panel<12, 1>(input, 0, pixels, out); break;
+            case 2: conv_u8_panel<6, 2>(input, 0, pixels, out); break;
+            default: conv_u8_panel<4, 3>(input, 0, pixels, out); break;
+        }
+        input.weights += weights.rows * detail::groups_of(weights.inputs, avx2::conv_u8_group) * vectors * sizeof(__m256i);
+        out.skip(vectors * avx2::conv_u8_width);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx_vnni
+
+#endif
+
+// ---- ldi/kernels/conv_u8/scalar.hpp
 // kernels/conv_u8.hpp in portable C++.
 
-namespace ldi::scalar {
+namespace ldi::inline LDI_CONFIGURATION::scalar {
 
 /// Outputs that lie side by side in memory. Compilers make vectors of them.
 inline constexpr std::size_t conv_u8_panel = 8;
@@ -4278,7 +4675,7 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 /// A sum without zero points to a result.
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
-    const float value = std::fma(static_cast<float>(sum), scale, bias);
+    const float value = std::fma(detail::nearest_float(sum), scale, bias);
     // Products and sums are never left for the compiler to fuse or not.
     const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
@@ -4327,13 +4724,24 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 // ---- ldi/kernels/conv_u8.hpp
 // k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. This header is the contract of the family; one file for each instruction set
-// implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
+// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results. Where there
+// is none (Arm, WebAssembly), portable code runs.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
 // the same operations everywhere: each product is added to what follows it with one rounding.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_u8_kernel conv_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
+    {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
+    {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+#endif
+    {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+};
+static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target             to pack for, one that is_available()
 /// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
@@ -4352,19 +4760,13 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
                            [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
     conv_u8_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_u8_kernels, target).set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     packed.result_zero_point = result_zero_point;
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-        case isa::avx2: avx2::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-#endif
-        default: scalar::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-    }
+    find_kernel(conv_u8_kernels, target).pack(packed, weights, zero_points, scales, bias);
     return packed;
 }
 
@@ -4378,43 +4780,19 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-        case isa::avx2: return avx2::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-        default: return scalar::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-    }
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights.target);
+    if constexpr (std::is_same_v<Result, std::uint8_t>)
+        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+    else
+        kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/gemm_u8_weights.hpp
-// The packed weights of kernels/gemm_u8.hpp, and what packing has in common on all instruction sets.
+// ---- ldi/kernels/detail/choose_target.hpp
+// For which instruction set 8-bit weights can be packed: not every kernel is exact for all of them.
 
-namespace ldi {
-
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
-struct gemm_u8_weights {
-    static constexpr std::size_t most_segments = 7;
-
-    isa target = isa::scalar;
-    std::size_t segments = 1, inputs = 0, outputs = 0;
-    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
-    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
-    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
-    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
-    /// unfused_requantization.
-    float_requantization fast;
-
-    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
-    /// them would be empty too.
-    bool is_single_output() const { return outputs == 1 && inputs >= 64; }
-};
-
-namespace detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 struct signed_range {
     int least, most;
@@ -4435,11 +4813,11 @@ inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t wei
     const signed_range range = range_of(weights, weight_zero_point);
     const double largest_weight = (std::max)(-range.least, range.most);
     const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
-    const double largest_bias = (std::max)(-static_cast<double>(*least_bias), static_cast<double>(*most_bias));
+    const double largest_bias = (std::max)(-nearest_double(*least_bias), nearest_double(*most_bias));
     const std::optional<unfused_requantization> found = find_unfused_requantization(output);
     if (!found.has_value() || inputs > most_unfused_inputs) return false;
     fast = {found->scale, found->offset, found->zero_point};
-    return (510 * largest_weight * static_cast<double>(inputs) + largest_bias) * double{found->scale} < 0x1p23;
+    return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
 /// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
@@ -4463,27 +4841,12 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
 
 inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
 
-/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
-inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
-                             std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
-    constexpr std::size_t largest_vector = 16;
-    packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
-    const std::size_t inputs = packed.segments * packed.inputs;
-    for (std::size_t o = 0; o < packed.outputs; ++o) {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
-        packed.bias[o] = bias[o] - sum * input_zero_point;
-        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
-    }
-}
+}  // namespace ldi::detail
 
-}  // namespace detail
-}  // namespace ldi
+// ---- ldi/kernels/depthwise_u8/contract.hpp
+// What a kernel of kernels/depthwise_u8.hpp is given and has to do.
 
-// ---- ldi/kernels/detail/depthwise_u8_weights.hpp
-// The packed weights of kernels/depthwise_u8.hpp.
-
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes sound ones.
 struct depthwise_u8_weights {
@@ -4521,13 +4884,24 @@ struct depthwise_source {
 };
 
 }  // namespace detail
+
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`.
+struct depthwise_u8_kernel {
+    isa set;
+    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; all else is there.
+    void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
+    /// As depthwise_u8() of kernels/depthwise_u8.hpp.
+    void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
+                std::uint8_t* result);
+};
+
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/depthwise_stretches.hpp
+// ---- ldi/kernels/depthwise_u8/stretches.hpp
 // How kernels that keep a depthwise convolution's unfinished windows in registers walk along a row. A row's channels are cut into
 // units that fill some vectors; a unit with fewer channels than fit takes several stretches of the row at the same time.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Some channels of all pixels of a row: `most`, or a half or a quarter of that, at least 16. The last unit may begin within the
 /// one before it, and computes some values once more.
@@ -4623,7 +4997,7 @@ struct depthwise_stretches {
 // the negative ones to at least -128. Few weights of a trained network are so large; what does not fit into one sum goes to
 // another.
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 /// What weights may still be added to one 16-bit sum.
 struct sum_room {
@@ -4644,18 +5018,10 @@ inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -12
 
 }  // namespace ldi::avx2
 
-// ---- ldi/kernels/depthwise_u8_avx2.hpp
-// kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
-//
-// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
-// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
-// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
-//
-// A column is interleaved once, in registers, and at once added to every window that it belongs to.
+// ---- ldi/kernels/depthwise_u8/avx2_packing.hpp
+// How weights lie for depthwise_u8/avx2.hpp: split so that no sum of 16 bits can saturate (detail/unsaturated_pairs.hpp).
 
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 inline constexpr std::size_t depthwise_most_channels = 32;  ///< of a unit
 
@@ -4701,6 +5067,21 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
         done = unit.end();
     }
 }
+
+}  // namespace ldi::avx2
+
+// ---- ldi/kernels/depthwise_u8/avx2.hpp
+// kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
+//
+// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
+// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
+// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
+//
+// A column is interleaved once, in registers, and at once added to every window that it belongs to.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -4948,7 +5329,7 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/depthwise_u8_avx512vnni.hpp
+// ---- ldi/kernels/depthwise_u8/avx512vnni.hpp
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
 // The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
@@ -4961,7 +5342,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
 
@@ -5222,10 +5603,10 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/detail/depthwise_columns.hpp
+// ---- ldi/kernels/depthwise_u8/columns.hpp
 // Which columns of the stored rows a piece of a depthwise convolution's result reads.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
 /// columns outside the image (-1 and `width`) have slots as well.
@@ -5254,7 +5635,7 @@ struct depthwise_columns {
 
 }  // namespace ldi::detail
 
-// ---- ldi/kernels/depthwise_u8_neon.hpp
+// ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
 // The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
@@ -5264,7 +5645,7 @@ struct depthwise_columns {
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
 inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
 
@@ -5394,10 +5775,10 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/depthwise_u8_scalar.hpp
+// ---- ldi/kernels/depthwise_u8/scalar.hpp
 // kernels/depthwise_u8.hpp in portable C++.
 
-namespace ldi::scalar {
+namespace ldi::inline LDI_CONFIGURATION::scalar {
 
 /// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
@@ -5448,7 +5829,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 }  // namespace ldi::scalar
 
-// ---- ldi/kernels/depthwise_u8_wasm.hpp
+// ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
 // Rows are first widened to 16 bits and laid out column by column, enlarged already: the first two rows interleaved, and of the
@@ -5456,7 +5837,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
@@ -5641,10 +6022,26 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 // ---- ldi/kernels/depthwise_u8.hpp
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
-// input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
-// for each instruction set implements it, all with equal results.
+// input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
+// instruction set, all with equal results.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
+    {isa::avx512vnni, avx512vnni::pack_depthwise_u8, avx512vnni::depthwise_u8},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_depthwise_u8, neon::depthwise_u8},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_depthwise_u8, wasm_simd128::depthwise_u8},
+#endif
+    {isa::scalar, scalar::pack_depthwise_u8, scalar::depthwise_u8},
+};
+static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target            as for pack_gemm_u8()
 /// weights           channels x 3 x 3, row-major
@@ -5660,21 +6057,10 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, bias, output, packed.fast);
+    packed.target = detail::choose_target(find_kernel(depthwise_u8_kernels, target).set, weights, weight_zero_point, bias, output,
+                                          packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
-        case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_depthwise_u8(packed, source); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
-#endif
-        default: scalar::pack_depthwise_u8(packed, source); break;
-    }
+    find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
     return packed;
 }
 
@@ -5689,25 +6075,97 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
-        case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-        default: return scalar::depthwise_u8(weights, rows, width, repeat, result);
-    }
+    find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/gemm_u8_tiles.hpp
-// The matrix product of kernels/gemm_u8_amx.hpp, written over a tile unit: eight registers that each hold up to 16 rows of 64
+// ---- ldi/kernels/gemm_u8/contract.hpp
+// What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+struct gemm_u8_weights {
+    static constexpr std::size_t most_segments = 7;
+
+    isa target = isa::scalar;
+    std::size_t segments = 1, inputs = 0, outputs = 0;
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
+    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
+    /// unfused_requantization.
+    float_requantization fast;
+
+    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
+    /// them would be empty too.
+    bool is_single_output() const { return outputs == 1 && inputs >= 64; }
+};
+
+/// One instruction set's kernel: a row of `gemm_u8_kernels`.
+struct gemm_u8_kernel {
+    isa set;
+    std::size_t least_outputs;  ///< with fewer, lanes would be empty: the set that stands in for this one is faster
+    /// Appends to `wide`, `narrow` and `order` whatever run() reads; all else is there. As pack_gemm_u8() of kernels/gemm_u8.hpp.
+    void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
+    /// As gemm_u8() of kernels/gemm_u8.hpp.
+    void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                std::uint8_t* result);
+};
+
+namespace detail {
+
+/// Inputs that the instructions at the heart of VNNI, NEON and AMX multiply together.
+inline constexpr std::size_t gemm_group = 4;
+
+/// How many times so many inputs there are, the last perhaps in part.
+constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
+
+/// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
+/// none.
+///
+/// sign  -1 for negated weights
+inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
+                                  std::size_t lanes, std::size_t most_vectors) {
+    const panel_cut cut(packed.outputs, lanes, most_vectors);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t last = first + cut.vectors_in(panel) * lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t group = 0; group < packed.inputs; group += gemm_group)
+                for (std::size_t o = first; o < last; ++o)
+                    for (std::size_t i = group; i < group + gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - weight_zero_point : 0;
+                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
+                    }
+        first = last;
+    }
+}
+
+/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                             std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
+    constexpr std::size_t largest_vector = 16;
+    packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = bias[o] - sum * input_zero_point;
+        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+    }
+}
+
+}  // namespace detail
+}  // namespace ldi
+
+// ---- ldi/kernels/gemm_u8/tiles.hpp
+// The matrix product of kernels/gemm_u8/amx.hpp, written over a tile unit: eight registers that each hold up to 16 rows of 64
 // bytes, and an instruction that multiplies two of them and adds the product to a third. The processor's is one; the tests have
 // another in software, which checks what the processor would fault on.
 //
@@ -5715,7 +6173,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // 16 pixels by 16 outputs. Two tiles of pixels times two of outputs take four products for four loads and fill the eight
 // registers.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// What LDTILECFG reads.
 struct alignas(64) tile_configuration {
@@ -5888,8 +6346,8 @@ private:
 
 }  // namespace ldi::detail
 
-// ---- ldi/kernels/gemm_u8_amx.hpp
-// kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in detail/gemm_u8_tiles.hpp, here are the instructions.
+// ---- ldi/kernels/gemm_u8/amx.hpp
+// kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in gemm_u8/tiles.hpp, here are the instructions.
 //
 // A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantizing
 // takes AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is
@@ -5897,7 +6355,7 @@ private:
 
 #if LDI_HAS_AMX_KERNELS
 
-namespace ldi::amx {
+namespace ldi::inline LDI_CONFIGURATION::amx {
 
 LDI_BEGIN_TARGET(LDI_AMX_FEATURES)
 
@@ -6015,12 +6473,12 @@ LDI_END_TARGET
 // ---- ldi/base/stable_sort.hpp
 // A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
 template <class T, class Before>
 void stable_sort(buffer<T>& values, Before before) {
-    constexpr std::size_t shortest = 16;
+    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
     const std::size_t count = values.size();
     for (std::size_t first = 0; first < count; first += shortest)  // by insertion
         for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
@@ -6040,20 +6498,17 @@ void stable_sort(buffer<T>& values, Before before) {
 
 }  // namespace ldi
 
-// ---- ldi/kernels/gemm_u8_avx2.hpp
-// kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
-// two of these sums to each of 8 sums of 32 bits.
+// ---- ldi/kernels/gemm_u8/avx2_packing.hpp
+// How weights lie for gemm_u8/avx2.hpp.
 //
-// The 16-bit sums saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
-// products of two groups of four inputs may meet in one 16-bit sum before it is widened: 5 instructions for 64 products. Which
-// groups go together, and which weights have to be split over two, is found when weights are packed, for each panel of 16
-// outputs. (vpmaddwd on inputs of 16 bits, which never saturates, takes 8.)
+// Sums of 16 bits saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
+// products of two groups of four inputs may meet in one 16-bit sum before it is widened. Which groups go together, and which
+// weights have to be split over two, is found here, for each panel of 16 outputs.
 
-#if LDI_HAS_X86_KERNELS
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-namespace ldi::avx2 {
-
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2, gemm_group = 4;
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+using detail::gemm_group;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -6128,7 +6583,7 @@ struct paired_terms {
             }
             order.push_back(rest[i]);
             order.push_back(rest[partner]);
-            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(partner));
+            rest.erase(rest.begin() + partner);
         }
         pairs = order.size() / 2;
         order.insert(order.end(), singles.begin(), singles.end());
@@ -6175,6 +6630,17 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         first += outputs;
     }
 }
+
+}  // namespace ldi::avx2
+
+// ---- ldi/kernels/gemm_u8/avx2.hpp
+// kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
+// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -6385,7 +6851,7 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/gemm_u8_avx512vnni.hpp
+// ---- ldi/kernels/gemm_u8/avx512vnni.hpp
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
 // Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
@@ -6394,9 +6860,10 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4, gemm_group = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4;
+using detail::gemm_group;
 
 /// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -6408,26 +6875,10 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
                 i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
 }
 
-/// Panel by panel, segment by segment, four inputs by four inputs: vectors of 16 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
-    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t g = 0; g < groups; ++g)
-                for (std::size_t o = first; o < first + outputs; ++o)
-                    for (std::size_t i = g * gemm_group; i < (g + 1) * gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
-                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
-                    }
-        first += outputs;
-    }
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -6597,7 +7048,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
-    const std::size_t groups = (weights.inputs + gemm_group - 1) / gemm_group;
+    const std::size_t groups = detail::groups_of_four(weights.inputs);
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
                      result,   weights.outputs,  0};
     std::size_t rest = weights.outputs;
@@ -6623,7 +7074,125 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/gemm_u8_neon.hpp
+// ---- ldi/kernels/gemm_u8/avx_vnni.hpp
+// kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
+// 32 products an instruction, where AVX2 makes 64 with five.
+//
+// A sum waits 5 cycles for the one before it and two instructions can start a cycle (Alder Lake), so at least 10 have to be under
+// way: tiles have 12, which with two vectors of weights and one of inputs leaves one register of the 16.
+//
+// Panels and tiles are walked as in avx2.hpp, and written again: a function has one target, and is inlined into none that lacks
+// it.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+using detail::gemm_group;
+
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
+
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+};
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, __m256i inputs,
+                                                const __m256i* weights) {
+    ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
+}
+
+/// Four inputs of every pixel, with all vectors of weights.
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                                const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
+    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+    (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    __m256i sums[sizeof...(p) * sizeof...(v)];
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+    (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
+    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+    const std::size_t stride = panel.pixel_stride;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* x = panel.segments[s] + first * stride;
+        for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
+            multiply_add(pixels, vectors, sums, x, stride, weights);
+    }
+    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (count % 4 == 0)
+        if (panel.held == sizeof...(v) * gemm_lanes)
+            return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
+                                                    panel.outputs);
+    (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
+    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, avx2::rectifier>(panel, output)
+                           : gemm_u8_panel<pixels, vectors, avx2::requantizer>(panel, output);
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = detail::groups_of_four(weights.inputs);
+    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
+                     result,   weights.outputs,  0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        if (vectors == 1)
+            gemm_u8_panel<12, 1>(panel, weights.fast);
+        else
+            gemm_u8_panel<6, 2>(panel, weights.fast);
+        rest -= panel.held;
+        panel.weights += weights.segments * groups * lanes * gemm_group;
+        panel.bias += lanes;
+        panel.result += panel.held;
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx_vnni
+
+#endif
+
+// ---- ldi/kernels/gemm_u8/neon.hpp
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
 // Sixteen inputs of a pixel are one load; sdot by lane multiplies four of them at a time by the weights of 4 outputs, so that
@@ -6632,32 +7201,21 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4, gemm_group = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4;
+using detail::gemm_group;
 
-/// Panel by panel, segment by segment, four inputs by four inputs: vectors of 4 outputs x 4 inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
-    const std::size_t groups = (packed.inputs + gemm_group - 1) / gemm_group;
     const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
     packed.output.multiplier *= sign;
-    for (std::int32_t& bias : packed.bias) bias *= sign;
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
-        for (std::size_t s = 0; s < packed.segments; ++s)
-            for (std::size_t g = 0; g < groups; ++g)
-                for (std::size_t o = first; o < first + outputs; ++o)
-                    for (std::size_t i = g * gemm_group; i < (g + 1) * gemm_group; ++i) {
-                        const bool exists = o < packed.outputs && i < packed.inputs;
-                        const int weight =
-                            exists ? sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point}) : 0;
-                        packed.narrow.push_back(static_cast<std::int8_t>(weight));
-                        if (exists) packed.bias[o] += 128 * weight;  // see to_signed()
-                    }
-        first += outputs;
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
     }
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -6752,7 +7310,7 @@ template <class Requantizer>
 inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
                     std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
     const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
-    const gemm_tile_input input{segments, weights.segments, (weights.inputs + gemm_group - 1) / gemm_group, pixel_stride};
+    const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
     const std::int8_t* values = weights.narrow.data();
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -6785,10 +7343,10 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/gemm_u8_scalar.hpp
+// ---- ldi/kernels/gemm_u8/scalar.hpp
 // kernels/gemm_u8.hpp in portable C++.
 
-namespace ldi::scalar {
+namespace ldi::inline LDI_CONFIGURATION::scalar {
 
 /// Outputs that lie side by side in memory: input by input, the weights of so many outputs. Compilers make vectors of them.
 inline constexpr std::size_t gemm_panel = 8;
@@ -6836,7 +7394,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 }  // namespace ldi::scalar
 
-// ---- ldi/kernels/gemm_u8_wasm.hpp
+// ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
 // As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
@@ -6845,7 +7403,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
@@ -7041,10 +7599,30 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 // ---- ldi/kernels/gemm_u8.hpp
 // Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
-// whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
-// instruction set implements it, all with equal results.
+// whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
+// results.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
+    {isa::avx_vnni, 2, avx_vnni::pack_gemm_u8, avx_vnni::gemm_u8},
+    {isa::avx512vnni, 1, avx512vnni::pack_gemm_u8, avx512vnni::gemm_u8},
+#endif
+#if LDI_HAS_AMX_KERNELS
+    {isa::amx_int8, 2, detail::pack_tiles, amx::gemm_u8},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, 1, neon::pack_gemm_u8, neon::gemm_u8},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, 1, wasm_simd128::pack_gemm_u8, wasm_simd128::gemm_u8},
+#endif
+    {isa::scalar, 1, scalar::pack_gemm_u8, scalar::gemm_u8},
+};
+static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
 ///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
@@ -7064,26 +7642,11 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    // A single output would use one column of a tile's 16.
-    packed.target = detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, bias,
-                                          output, packed.fast);
+    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
+    const isa wanted = packed.outputs < kernel.least_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
+    packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
-    switch (packed.target) {
-#if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: detail::pack_tiles(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
-        case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-        default: scalar::pack_gemm_u8(packed, weights, weight_zero_point); break;
-    }
+    find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
 }
 
@@ -7092,22 +7655,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    switch (weights.target) {
-#if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: return amx::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
-        case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-        default: return scalar::gemm_u8(weights, segments, pixel_stride, pixels, result);
-    }
+    find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
 }
 
 }  // namespace ldi
@@ -7115,7 +7663,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // ---- ldi/kernels/repeat_pixels_u8.hpp
 // Nearest-neighbor enlargement of one row of 8-bit activations.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Repeats every pixel of a row `factor` times: width x channels to (width * factor) x channels.
 inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::size_t channels, std::size_t factor,
@@ -7131,39 +7679,39 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 #include <bit>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// One bit for each pixel. Bits outside are zero.
 class pixel_bits {
 public:
     explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
 
-    std::size_t word_count() const { return words_.size() - 2; }
-    std::uint64_t& word(std::size_t index) { return words_[index + 1]; }
-    std::uint64_t word(std::size_t index) const { return words_[index + 1]; }
+    std::int32_t word_count() const { return words_.count() - 2; }
+    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
 
-    bool operator[](std::size_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
+    bool operator[](std::int32_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
 
     /// Bits i to i + 63; i from -64 to the last pixel.
-    std::uint64_t from(std::ptrdiff_t i) const {
-        const std::size_t at = static_cast<std::size_t>(i + 64), shift = at % 64;
+    std::uint64_t from(std::int32_t i) const {
+        const std::int32_t at = i + 64, shift = at % 64;
         const std::uint64_t low = words_[at / 64] >> shift;
         return shift == 0 ? low : low | words_[at / 64 + 1] << (64 - shift);
     }
 
     /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
-    void copy(std::size_t first, std::size_t count, const pixel_bits& source, std::size_t source_first) {
-        for (const std::size_t last = first + count; first < last;) {
-            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
-            const std::uint64_t bits = source.from(static_cast<std::ptrdiff_t>(source_first)) & ones(here);
+    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - first % 64, last - first);
+            const std::uint64_t bits = source.from(source_first) & ones(here);
             word(first / 64) |= bits << (first % 64);
             first += here, source_first += here;
         }
     }
 
-    void set(std::size_t first, std::size_t count, bool value) {
-        for (const std::size_t last = first + count; first < last;) {
-            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+    void set(std::int32_t first, std::int32_t count, bool value) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - first % 64, last - first);
             const std::uint64_t bits = ones(here) << (first % 64);
             word(first / 64) = value ? word(first / 64) | bits : word(first / 64) & ~bits;
             first += here;
@@ -7175,7 +7723,7 @@ public:
     }
 
 private:
-    static std::uint64_t ones(std::size_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
 
     buffer<std::uint64_t> words_;
 };
@@ -7185,17 +7733,19 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// All pixels that have a neighbor in the column `links`, in as few strips as can be.
-inline buffer<pixel_strip> strips_of(std::span<const std::int32_t> links) {
+/// All pixels that have a neighbor in a column of links, in as few strips as can be.
+inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& column) {
     buffer<pixel_strip> strips;
-    for (std::size_t i = 0; i < links.size();) {
+    const std::int32_t* const links = column.data();
+    const std::int32_t pixels = column.count();
+    for (std::int32_t i = 0; i < pixels;) {
         if (links[i] == no_pixel) {
             ++i;
             continue;
         }
-        const std::size_t first = i++;
-        while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
-        strips.push_back({static_cast<std::int32_t>(first), static_cast<std::int32_t>(i - first), links[first]});
+        const std::int32_t first = i++;
+        while (i < pixels && links[i] == links[i - 1] + 1) ++i;
+        strips.push_back({first, i - first, links[first]});
     }
     return strips;
 }
@@ -7230,42 +7780,39 @@ public:
     regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbor lies next in memory
         for (const pixel_strip& strip : strips.right)
-            if (strip.target == strip.first + 1)
-                has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
+            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
-        regular_.set(0, g.size(), true);
-        const std::ptrdiff_t r = static_cast<std::ptrdiff_t>(radius_);
-        for (std::size_t w = 0; w < regular_.word_count(); ++w)
-            for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
+        regular_.set(0, g.count(), true);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
+            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
         const pixel_bits ribs = regular_;
         follow(strips.up, ribs);
         follow(strips.down, ribs);
     }
 
-    bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
+    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
     /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
-        buffer<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
-        for (std::size_t w = 0; w < regular_.word_count(); ++w) {
-            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(w * 64);
+        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
+            const std::int32_t i = w * 64;
             append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
             append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
         }
         for (std::size_t s = 0; s < firsts.size(); ++s) {
             rows[radius_] = firsts[s];
-            for (std::size_t n = 1; n <= radius_; ++n) {
+            for (std::int32_t n = 1; n <= radius_; ++n) {
                 rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
                 rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
             }
             const std::int32_t count = lasts[s] - firsts[s] + 1;
-            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows)))
-                regular_.set(static_cast<std::size_t>(firsts[s]), static_cast<std::size_t>(count), false);
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
         }
     }
 
@@ -7273,23 +7820,21 @@ public:
     template <class Visit>
     void for_each_other(Visit&& visit) const {
         buffer<std::int32_t> pixels;
-        for (std::size_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
         for (const std::int32_t pixel : pixels)
-            if (static_cast<std::size_t>(pixel) < g_.size()) visit(pixel);
+            if (pixel < g_.count()) visit(pixel);
     }
 
 private:
-    static void append_set_bits(std::uint64_t bits, std::size_t word, buffer<std::int32_t>& pixels) {
-        for (; bits != 0; bits &= bits - 1)
-            pixels.push_back(static_cast<std::int32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits))));
+    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
     /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
-        for (const pixel_strip& strip : strips)
-            side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
-        for (std::size_t n = 1; n <= radius_; ++n) {
+        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
+        for (std::int32_t n = 1; n <= radius_; ++n) {
             with_rib = as_seen_from_neighbors(with_rib, strips);
             regular_.keep_common(with_rib);
             if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
@@ -7300,14 +7845,12 @@ private:
     /// At each pixel the bit of its neighbor, zero where there is none.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
-        for (const pixel_strip& strip : strips)
-            seen.copy(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), bits,
-                      static_cast<std::size_t>(strip.target));
+        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
         return seen;
     }
 
 private:
-    std::size_t radius_;
+    std::int32_t radius_;
     const graph& g_;
     pixel_bits regular_, goes_on_;
 };
@@ -7319,7 +7862,7 @@ private:
 // is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
 // which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
 /// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
@@ -7338,8 +7881,16 @@ struct convolution_plan {
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
+    /// kernel_size as a size, to count and subscript with.
+    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Elements of a window.
-    std::size_t elements() const { return static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size); }
+    std::size_t elements() const { return k() * k(); }
+    /// The kernel_size rows of a segment.
+    std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
+    /// The window of an irregular output, row by row.
+    std::span<const std::int32_t> window_of(std::size_t i) const {
+        return std::span(windows).subspan(i * elements(), elements());
+    }
 
     /// Memory held.
     std::size_t bytes() const {
@@ -7383,16 +7934,15 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        const std::size_t i = static_cast<std::size_t>(first);
-        if (g.y[i] % 2 != 0) return true;
-        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (g.y[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
         // The kept pixels of a run follow each other in the coarse graph.
-        add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
     });
-    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
-        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
+        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, o, coarse.kept[o]);
     return plan;
 }
 
@@ -7414,7 +7964,6 @@ inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_siz
 ///
 /// outputs  ascending, each of them an output of the plan
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size), elements = plan.elements();
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -7426,8 +7975,8 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
             result.irregular.push_back(output);
-            const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(irregular * elements);
-            result.windows.insert(result.windows.end(), window, window + static_cast<std::ptrdiff_t>(elements));
+            const std::span<const std::int32_t> window = plan.window_of(irregular);
+            result.windows.append(window.begin(), window.end());
             ++i;
             continue;
         }
@@ -7435,7 +7984,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         std::size_t last = i + 1;
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = std::span(plan.rows).subspan(s * k, k);
+        const std::span<const std::int32_t> rows = plan.rows_of(s);
         if (count >= detail::shortest_segment)
             detail::add_segment(result, {output, count}, rows, shift);
         else
@@ -7455,17 +8004,15 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
 /// marks  input_count
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
     LDI_ASSERT(marks.size() == plan.input_count);
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
-        for (std::size_t r = 0; r < k; ++r) {
-            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
+        for (const std::int32_t row : plan.rows_of(s)) {
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            const std::span<std::uint8_t> row = marks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
             // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
             if (plan.kernel_size > 1 || plan.stride == 1)
-                std::fill(row.begin(), row.end(), std::uint8_t{1});
+                std::fill_n(first, count, std::uint8_t{1});
             else
-                for (std::size_t i = 0; i < row.size(); i += 2) row[i] = 1;
+                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
         }
     for (const std::int32_t pixel : plan.windows)
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
@@ -7476,29 +8023,32 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);
     buffer<std::int32_t> pixels;
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    for (std::int32_t i = 0; i < marks.count(); ++i)
+        if (marks[i] != 0) pixels.push_back(i);
     return pixels;
 }
 
 }  // namespace ldi
 
-// ---- ldi/nn/ldi/detail/convolution_block.hpp
-// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
-// together in a small buffer; both by the same kernel, which adds in the same order.
+// ---- ldi/nn/ldi/feature_map.hpp
+// Feature maps: what a layer of a network holds for each pixel of a layered image, and how the next layer reads it (paper,
+// section "Mapping the PConv Network to LDI").
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
+/// Somebody else's feature map, possibly through a map of pixels: nearest upsampling without writing it out.
 ///
-/// Value  what the weights' kernel reads: float, bfloat16 or std::uint8_t
+/// Value  float, or what the weights' kernel reads: bfloat16 or std::uint8_t
 template <class Value>
-struct basic_convolution_source {
+struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
     std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
     std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
     Value zero = {};                     ///< what stands for zero: of bytes their zero point
+
+    /// Pixels of the graph.
+    std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
     /// The row of a pixel that counts, or no_pixel.
     std::int32_t row_of(std::int32_t pixel) const {
@@ -7507,9 +8057,95 @@ struct basic_convolution_source {
         if (row == no_pixel || mask.empty() || mask[static_cast<std::size_t>(row)] != 0) return row;
         return no_pixel;
     }
+
+    /// The channels of a row, side by side.
+    const Value* values_of(std::int32_t row) const { return values.data() + static_cast<std::size_t>(row) * channels; }
 };
 
-using convolution_source = basic_convolution_source<float>;
+using feature_view = basic_feature_view<float>;
+
+/// Pixels x channels, row-major, pixels in the graph's order.
+template <class Value>
+struct basic_feature_map {
+    std::size_t channels = 0;
+    buffer<Value> values;
+    Value zero = {};  ///< what stands for zero: of bytes their zero point
+
+    basic_feature_map() = default;
+    /// Values are not set.
+    basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
+        : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
+
+    std::size_t pixels() const { return channels > 0 ? values.size() / channels : 0; }
+
+    /// The channels of one pixel.
+    template <std::integral Index>
+    std::span<Value> at(Index pixel) {
+        return std::span<Value>(values).subspan(first(pixel), channels);
+    }
+    template <std::integral Index>
+    std::span<const Value> at(Index pixel) const {
+        return std::span<const Value>(values).subspan(first(pixel), channels);
+    }
+
+    /// The map must live, and keep its size, as long as the view.
+    operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
+
+private:
+    template <std::integral Index>
+    std::size_t first(Index pixel) const {
+        return static_cast<std::size_t>(pixel) * channels;
+    }
+};
+
+using feature_map = basic_feature_map<float>;
+
+/// A coarse map as the finer graph's pixels see it: each has the channels of its parent, or zeros where it has none. Nothing is
+/// written; the map and the parents must live as long as the view.
+///
+/// parent  coarsened::parent, one a pixel of the finer graph
+template <class Value>
+basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
+    return {coarse.values, coarse.channels, parent, {}, coarse.zero};
+}
+
+namespace detail {
+
+/// Rows are short: a call of memmove() for each costs more than it copies.
+template <class Value>
+void copy_row(const Value* from, std::size_t count, Value* to) {
+    constexpr std::size_t step = 4;
+    std::size_t i = 0;
+    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+/// Copies what a pixel holds, and returns how many of its channels count.
+template <class Value>
+std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
+    std::size_t counted = 0;
+    for (const auto& source : sources) {
+        const std::int32_t row = source.row_of(pixel);
+        if (row == no_pixel) {
+            std::fill_n(to, source.channels, source.zero);
+        } else {
+            copy_row(source.values_of(row), source.channels, to);
+            counted += source.channels;
+        }
+        to += source.channels;
+    }
+    return counted;
+}
+
+}  // namespace detail
+
+}  // namespace ldi
+
+// ---- ldi/nn/ldi/detail/convolution_block.hpp
+// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
+// together in a small buffer; both by the same kernel, which adds in the same order.
+
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -7544,7 +8180,7 @@ template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
     using result_type = Result;
-    using source_type = basic_convolution_source<value_type>;
+    using source_type = basic_feature_view<value_type>;
 
     const convolution_plan& plan;
     const Weights& weights;
@@ -7556,32 +8192,6 @@ struct convolution_job {
 
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
-
-/// Rows are short: a call of memmove() for each costs more than it copies.
-template <class Value>
-void copy_row(const Value* from, std::size_t count, Value* to) {
-    constexpr std::size_t step = 4;
-    std::size_t i = 0;
-    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
-    for (; i < count; ++i) to[i] = from[i];
-}
-
-/// Copies what a pixel holds, and returns how many of its channels count.
-template <class Value>
-std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources, std::int32_t pixel, Value* to) {
-    std::size_t counted = 0;
-    for (const auto& source : sources) {
-        const std::int32_t row = source.row_of(pixel);
-        if (row == no_pixel) {
-            std::fill_n(to, source.channels, source.zero);
-        } else {
-            copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
-            counted += source.channels;
-        }
-        to += source.channels;
-    }
-    return counted;
-}
 
 /// The working memory of a thread.
 template <class Job>
@@ -7601,21 +8211,19 @@ public:
     /// Computes those of the outputs [first, last) that are in the plan.
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
-        auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
-                                      [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
-        for (; s != plan.segments.end() && s->first < last; ++s) {
-            const std::int32_t from = (std::max)(first, s->first), to = (std::min)(last, s->first + s->count);
+        const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
+        std::size_t s = index_in(plan.segments, std::partition_point(plan.segments.begin(), plan.segments.end(), ends_before));
+        for (; s < plan.segments.size() && plan.segments[s].first < last; ++s) {
+            const convolution_plan::segment here = plan.segments[s];
+            const std::int32_t from = (std::max)(first, here.first), to = (std::min)(last, here.first + here.count);
             row_pixels rows{};
-            const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
             for (std::size_t r = 0; r < k(); ++r)
-                rows[r] = plan.rows[at + r] + plan.stride * (from - s->first) - plan.kernel_size / 2;
+                rows[r] = plan.rows_of(s)[r] + plan.stride * (from - here.first) - plan.kernel_size / 2;
             run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
         }
-        const auto begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
-        const auto end = std::lower_bound(begin, plan.irregular.end(), last);
-        const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
-        for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
-            run_irregular(i, (std::min)(batch_, end_index - i));
+        const std::int32_t* const begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
+        const std::size_t end = index_in(plan.irregular, std::lower_bound(begin, plan.irregular.end(), last));
+        for (std::size_t i = index_in(plan.irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
     }
 
 private:
@@ -7631,7 +8239,12 @@ private:
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
     }
 
-    std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
+    template <class T>
+    static std::size_t index_in(const buffer<T>& values, const T* place) {
+        return static_cast<std::size_t>(place - values.begin());
+    }
+
+    std::size_t k() const { return job_.plan.k(); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
@@ -7642,16 +8255,15 @@ private:
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
         for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
-            const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
-            if (std::find(row.begin(), row.end(), std::uint8_t{0}) != row.end()) return false;
+            const std::uint8_t* const row = source.mask.data() + rows[r] + first;
+            if (std::find(row, row + pixels, std::uint8_t{0}) != row + pixels) return false;
         }
         return true;
     }
 
     void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
         row_starts starts{};
-        for (std::size_t r = 0; r < k(); ++r)
-            starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
+        for (std::size_t r = 0; r < k(); ++r) starts[r] = job_.sources[0].values_of(rows[r]) + first * job_.channels;
         multiply(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
@@ -7707,7 +8319,7 @@ private:
     const float* ratios() const { return job_.is_partial ? ratios_.data() : nullptr; }
 
     float ratio(std::size_t counted) const {
-        return counted == 0 ? 0.0F : static_cast<float>(job_.plan.elements() * job_.channels) / static_cast<float>(counted);
+        return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
     /// Where the whole window is masked, not even the bias is left.
@@ -7727,16 +8339,16 @@ private:
 
 template <class Weights, class Result, executor Executor>
 void run_convolution(const convolution_plan& plan, const Weights& weights,
-                     std::span<const basic_convolution_source<typename Weights::value_type>> sources, bool is_partial,
+                     std::span<const basic_feature_view<typename Weights::value_type>> sources, bool is_partial,
                      std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
     std::size_t channels = 0;
     for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
+        LDI_ASSERT(source.pixels() == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
         channels += source.channels;
     }
-    LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
+    LDI_ASSERT(weights.rows == plan.k() && weights.inputs == weights.rows * channels);
     LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
@@ -7759,7 +8371,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 // after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
 // bytes, or bfloat16 where a processor multiplies these.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -7805,7 +8417,7 @@ struct quantized_source {
 
 /// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
 ///
-/// sources  as the convolution will read them; their zero points must be basic_convolution_source::zero
+/// sources  as the convolution will read them; their zero points must be basic_feature_view::zero
 /// result   of results that are bytes; results that are floats are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -7828,7 +8440,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
-        const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
+        const float step = largest > 0.0F ? largest / detail::nearest_float(largest_conv_u8_weight) : 1.0F;
         for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
     }
@@ -7842,10 +8454,10 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// a source. A vector or span of float, or of what the sources hold
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
-template <class Weights, class Result, executor Executor>
+template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
-              std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
-              Executor& threads) {
+              std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
+              Executor&& threads = {}) {
     LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const auto& s) { return s.mask.empty(); }));
     detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
@@ -7857,11 +8469,150 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// convolution by existence.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
-template <class Weights, class Result, executor Executor>
+template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
-                        std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
-                        std::span<std::uint8_t> result_mask, Executor& threads) {
+                        std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
+                        std::span<std::uint8_t> result_mask = {}, Executor&& threads = {}) {
     detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
+}
+
+}  // namespace ldi
+
+// ---- ldi/nn/ldi/convolution_layer.hpp
+// A convolution of a network on layered images, with its weights: what a network is written in. It serves any number of graphs;
+// the plan says which, and whether the result lies on the coarser one. Float32; for other arithmetics, masks, and results in
+// memory of your own there is nn/ldi/convolution.hpp.
+//
+//     const ldi::coarsened half = ldi::coarsen(g);
+//     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
+//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);                            // stride 2
+//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct convolution_options {
+    std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
+    activation after = no_activation;  ///< what happens to the sums: relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< what does not exist is left out of the average; otherwise it counts as zero
+    isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
+};
+
+class convolution_layer {
+public:
+    /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
+    /// bias     outputs
+    convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
+        : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
+          is_partial_(options.is_partial) {}
+
+    /// plan    of this layer's kernel size
+    /// inputs  one after the other they are the layer's input channels: a concatenation that is not written out. Masks
+    ///         count where the layer is partial, and must be empty elsewhere
+    ///
+    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. Its bits
+    /// depend neither on the executor nor on what lies outside a pixel's window.
+    template <executor Executor = const serial_executor>
+    feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
+                           Executor&& threads = {}) const {
+        feature_map result(plan.output_count, weights_.outputs);
+        const std::span<const feature_view> sources(inputs.begin(), inputs.size());
+        if (is_partial_)
+            convolve_partially(plan, weights_, sources, result.values, {}, threads);
+        else
+            convolve(plan, weights_, sources, result.values, threads);
+        return result;
+    }
+
+    template <executor Executor = const serial_executor>
+    feature_map operator()(const convolution_plan& plan, const feature_map& input, Executor&& threads = {}) const {
+        return (*this)(plan, {feature_view(input)}, threads);
+    }
+
+private:
+    conv_f32_weights weights_;
+    bool is_partial_;
+};
+
+}  // namespace ldi
+
+// ---- ldi/nn/ldi/elementwise.hpp
+// What networks do with each pixel of a layered image by itself: addition, concatenation, activations.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+template <executor Executor, class Function>
+feature_map for_each_value(feature_map values, Executor& threads, Function function) {
+    constexpr std::size_t grain = 4096;
+    parallel_for(threads, values.values.size(), grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) values.values[i] = function(values.values[i]);
+    });
+    return values;
+}
+
+}  // namespace detail
+
+/// a + b. Pass `std::move(a)` where it is not needed any more: then nothing is allocated.
+///
+/// b  of as many pixels and channels; it may be upsampled. Where it has nothing, zero is added
+template <executor Executor = const serial_executor>
+feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
+    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    constexpr std::size_t grain = 1024;
+    parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const std::int32_t pixel = static_cast<std::int32_t>(i), row = b.row_of(pixel);
+            if (row == no_pixel) continue;
+            const float* const from = b.values_of(row);
+            const std::span<float> to = a.at(pixel);
+            for (std::size_t c = 0; c < b.channels; ++c) to[c] += from[c];
+        }
+    });
+    return a;
+}
+
+/// The channels of the first map, then those of the next. Of a single upsampled map it is that map, written out.
+///
+/// maps  at least one, all of as many pixels. A convolution takes several maps as they are, which is faster
+template <executor Executor = const serial_executor>
+feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
+    LDI_ASSERT(maps.size() > 0);
+    const std::span<const feature_view> sources(maps.begin(), maps.size());
+    std::size_t channels = 0;
+    for (const feature_view& source : sources) {
+        LDI_ASSERT(source.pixels() == sources[0].pixels());
+        channels += source.channels;
+    }
+    feature_map result(sources[0].pixels(), channels);
+    constexpr std::size_t grain = 1024;
+    parallel_for(threads, result.pixels(), grain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const std::int32_t pixel = static_cast<std::int32_t>(i);
+            detail::copy_pixel(sources, pixel, result.at(pixel).data());
+        }
+    });
+    return result;
+}
+
+/// relu, leaky_relu(slope): what a convolution_layer does by itself, for where an addition comes between.
+template <executor Executor = const serial_executor>
+feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
+    return detail::for_each_value(std::move(x), threads, [by](float v) {
+        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also of -infinity
+    });
+}
+
+/// 1 / (1 + exp(-x)), to the rounding of the standard library.
+template <executor Executor = const serial_executor>
+feature_map sigmoid(feature_map x, Executor&& threads = {}) {
+    return detail::for_each_value(std::move(x), threads, [](float v) { return 1.0F / (1.0F + std::exp(-v)); });
+}
+
+/// The hyperbolic tangent, to the rounding of the standard library.
+template <executor Executor = const serial_executor>
+feature_map tanh(feature_map x, Executor&& threads = {}) {
+    return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
 }
 
 }  // namespace ldi
@@ -7870,7 +8621,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 // Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
 // others.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Which pixels, and for each pixel of the graph its number among them.
 struct pixel_subset {
@@ -7884,10 +8635,11 @@ struct pixel_subset {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
         subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
-        std::size_t rows = 0;
-        for (std::size_t i = 0; i < marks.size(); ++i) {
-            subset.row_of[i] = marks[i] != 0 ? static_cast<std::int32_t>(rows) : no_pixel;
-            if (marks[i] != 0) subset.pixels[rows++] = static_cast<std::int32_t>(i);
+        std::int32_t pixel = 0, row = 0;
+        for (const std::uint8_t mark : marks) {
+            subset.row_of[pixel] = mark != 0 ? row : no_pixel;
+            if (mark != 0) subset.pixels[row++] = pixel;
+            ++pixel;
         }
         return subset;
     }
@@ -7914,10 +8666,84 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 
 }  // namespace ldi
 
+// ---- ldi/nn/ldi/pooling.hpp
+// Pooling: a feature map on the coarser graph, from the pixels that collapse to each of its pixels. On an image these are its
+// 2 x 2 pixels; at a silhouette those that links inside the 2 x 2 group lead to (core/coarsening.hpp), so that no surface mixes
+// with another.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// The fine pixels that collapse to each coarse one: of coarse pixel i those from first[i] to first[i + 1], ascending.
+struct collapsed_pixels {
+    buffer<std::size_t> first;
+    buffer<std::int32_t> pixels;
+
+    explicit collapsed_pixels(const coarsened& by) : first(by.kept.size() + 1, 0) {
+        for (const std::int32_t parent : by.parent)
+            if (parent != no_pixel) ++first[parent + 1];
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        pixels.resize(first.back(), unset);
+        buffer<std::size_t> next(first);
+        for (std::int32_t i = 0; i < by.parent.count(); ++i)
+            if (by.parent[i] != no_pixel) pixels[next[by.parent[i]]++] = i;
+    }
+};
+
+/// combine  of the values of two pixels
+/// finish   takes the combined values of a coarse pixel, and of how many pixels they are
+template <executor Executor, class Combine, class Finish>
+feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads, Combine combine, Finish finish) {
+    LDI_ASSERT(fine.pixels() == by.parent.size());
+    const collapsed_pixels collapsed(by);
+    feature_map result(by.kept.size(), fine.channels);
+    constexpr std::size_t grain = 1024;
+    parallel_for(threads, result.pixels(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::span<float> to = result.at(i);
+            const std::size_t first = collapsed.first[i], last = collapsed.first[i + 1];
+            LDI_ASSERT(last > first);
+            std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, to.begin());
+            for (std::size_t p = first + 1; p < last; ++p) {
+                const std::span<const float> from = fine.at(collapsed.pixels[p]);
+                for (std::size_t c = 0; c < fine.channels; ++c) to[c] = combine(to[c], from[c]);
+            }
+            finish(to, last - first);
+        }
+    });
+    return result;
+}
+
+}  // namespace detail
+
+/// The average over the fine pixels whose parent a coarse pixel is.
+///
+/// by  coarsen() of the graph whose pixels `fine` has
+template <executor Executor = const serial_executor>
+feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
+    return detail::pool(
+        fine, by, threads, [](float a, float b) { return a + b; },
+        [](std::span<float> sums, std::size_t count) {
+            for (float& value : sums) value /= detail::nearest_float(count);
+        });
+}
+
+/// The largest value of each channel over the fine pixels whose parent a coarse pixel is.
+///
+/// by  coarsen() of the graph whose pixels `fine` has
+template <executor Executor = const serial_executor>
+feature_map max_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
+    return detail::pool(
+        fine, by, threads, [](float a, float b) { return (std::max)(a, b); }, [](std::span<float>, std::size_t) {});
+}
+
+}  // namespace ldi
+
 // ---- ldi/base/printable.hpp
 // Names that come out of files, in messages.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// A name from a file, fit for a message: short, and in printable characters.
 inline std::string printable(std::string_view name) {
@@ -7942,7 +8768,7 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 #include <map>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Row-major values. Half-precision numbers of a file are here as float.
 struct tensor {
@@ -7982,7 +8808,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// The values of the tensor `name`, which must be of this type and shape.
 ///
-/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+/// Raises mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -7999,7 +8825,7 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
     return *values;
 }
 
-/// Errors: mismatch, naming the first tensor that is not among `names`.
+/// Raises mismatch, naming the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
     for (const auto& [name, values] : from.tensors) {
@@ -8016,7 +8842,7 @@ void check_no_others(const named_tensors& from, const Names& names) {
 // A quantized network as plain data, between the reader of a file format (formats/caffe2.hpp) and what runs it
 // (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -8062,7 +8888,7 @@ struct network_description {
 // Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
 // used, and an error names the tensor.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
 
@@ -8173,7 +8999,7 @@ inline void check_network(const network_description& network) {
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network as its kernels take them.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Height and width of a tensor.
 struct tensor_size {
@@ -8260,7 +9086,7 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 // rows that the next one still needs are kept, in rings that stay in the processor's caches, so that the six- to fifteenfold
 // wider tensors inside the network's blocks never reach memory.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Rows of a tensor.
 struct row_range {
@@ -8500,7 +9326,7 @@ private:
 // ---- ldi/nn/dense/detail/schedule.hpp
 // In which chains the layers of a network run, and where in one block of memory their tensors lie.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
 struct schedule_step {
@@ -8733,7 +9559,7 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
 // "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
 class quantized_network {
@@ -8997,7 +9823,7 @@ private:
 // Reads an 8-bit network from a weight file that holds its operators beside their weights, as
 // examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// file  of n operators; tensor 0 of the network is its input, tensor i + 1 what operator i makes:
 ///
@@ -9131,11 +9957,12 @@ inline network_description read_quantized_network(const named_tensors& file) {
 }  // namespace ldi
 
 // ---- ldi/networks/farbrausch_architecture.hpp
-// What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
+// The architecture of the inpainting network that a file of weights holds (networks/farbrausch.hpp), and the arithmetic to run it
+// in.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
+/// The facts about a network that come with its weights; the defaults are the network that examples/training/farbrausch trains.
 struct farbrausch_architecture {
     buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
@@ -9143,7 +9970,7 @@ struct farbrausch_architecture {
     float leak = 0.2F;                                 ///< of the decoder's activation, below 0
 };
 
-/// What a network computes with. Colors that were inpainted differ from those in float32 by less than can be seen:
+/// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
 /// bench/README.md has figures.
 enum class arithmetic {
     float32,
@@ -9197,9 +10024,9 @@ inline void check_farbrausch(const farbrausch_architecture& a, const std::string
 // ---- ldi/networks/detail/farbrausch_weights.hpp
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// How the network's input becomes what its first convolution reads.
+/// Converts the network's input to the values that its first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
@@ -9218,12 +10045,12 @@ struct farbrausch_input<std::uint8_t> {
 
     std::uint8_t zero() const { return values.zero_point; }
     std::uint8_t operator()(float value) const {
-        const float steps = value * (1.0F / values.scale) + (static_cast<float>(values.zero_point) + 0.5F);
+        const float steps = value * (1.0F / values.scale) + (values.zero_point + 0.5F);
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
 };
 
-/// One convolution a level: from it to the next, and back.
+/// One convolution per level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
@@ -9296,7 +10123,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// What the encoder has at a level.
+    /// The encoder's result at a level.
     ranged_tensor skip(std::size_t level) const {
         if (level == 0) return {"input", input_channels};
         return {encoder(level - 1), architecture_.channels[level - 1]};
@@ -9346,9 +10173,9 @@ private:
         const values& ends = finite(name, {2});
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, tensor_place(file_, name), "a range round 0",
+            raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
                   std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
-        return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
+        return {scale, rounded_to_byte(-ends[0] / scale)};
     }
 
     const named_tensors& file_;
@@ -9359,27 +10186,27 @@ private:
 }  // namespace ldi::detail
 
 // ---- ldi/networks/detail/farbrausch_work.hpp
-// What the inpainting network has to compute: the levels of detail of a layered depth image, and at each the pixels that the
+// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
 // wanted ones need, found backwards through the network.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// A level of detail, and what the network does there.
+/// A level of detail, and the network's work there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
     buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
-    pixel_subset read;                   ///< where the network reads values: its input, or what the encoder makes of it
-    pixel_subset decoded;                ///< where the decoder gives a result
+    pixel_subset read;                   ///< pixels at which the network reads values: its input, or the encoder's result
+    pixel_subset decoded;                ///< pixels at which the decoder gives a result
     convolution_plan encode;             ///< from `read` here to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
 /// finest   level 0, in canonical order
-/// kernels  sizes of the encoder's convolutions, one a level
+/// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
 inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
@@ -9438,14 +10265,14 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<c
 }  // namespace ldi::detail
 
 // ---- ldi/base/four_floats.hpp
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang, x86 and Arm, know this type;
-// what they make of ordinary loops with comparisons in them depends on their version and flags.
+// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
+// Arm. It is spelled out because their code for ordinary loops with comparisons depends on version and flags.
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
 
-namespace ldi::detail::lanes {
+namespace ldi::inline LDI_CONFIGURATION::detail::lanes {
 
 using four_floats = float __attribute__((vector_size(16)));
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
@@ -9473,7 +10300,7 @@ inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; 
 // The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
 // image. examples/training/farbrausch/README.md says what they are, step by step.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// red, green, blue, and 1 where there is a color; four zeros where there is none.
 using masked_color = lanes::four_floats;
@@ -9484,15 +10311,17 @@ public:
     masked_colors() = default;
     explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
 
-    std::size_t size() const { return values_.size() / lanes::wide; }
+    std::int32_t count() const { return static_cast<std::int32_t>(values_.size() / lanes::wide); }
     masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
     void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
-    const float* at(std::int32_t i) const { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
-    float* at(std::int32_t i) { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
+    const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
+    float* at(std::int32_t i) { return values_.data() + first_value(i); }
     std::span<const float> values() const { return values_; }
 
 private:
+    static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
+
     buffer<float> values_;
 };
 
@@ -9545,7 +10374,7 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     });
 }
 
-/// What the network starts from, in rows of `read` of level 0.
+/// The network's input and the colors that it corrects.
 struct smooth_fills {
     masked_colors
         input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
@@ -9558,7 +10387,7 @@ public:
     smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels,
                   int growth, Executor& threads)
         : colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
-        for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = static_cast<float>(v) / 255.0F;
+        for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
     smooth_fills run() {
@@ -9588,12 +10417,12 @@ public:
 
 private:
     masked_color photo(std::int32_t pixel) const {
-        const std::size_t p = static_cast<std::size_t>(pixel);
-        if (known_[p] == 0) return masked_color{};
-        return masked_color{unit_[colors_[3 * p]], unit_[colors_[3 * p + 1]], unit_[colors_[3 * p + 2]], 1.0F};
+        if (known_[pixel] == 0) return masked_color{};
+        const std::uint8_t* const color = colors_.data() + 3 * std::ptrdiff_t{pixel};
+        return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// What is known, and elsewhere the color above.
+    /// The known colors, and elsewhere the color above.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -9607,8 +10436,8 @@ private:
     /// Averages what is not known, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
-        for (std::size_t i = 0; i < known.size(); ++i)
-            if (!known.has(static_cast<std::int32_t>(i))) unknown.push_back(static_cast<std::int32_t>(i));
+        for (std::int32_t i = 0; i < known.count(); ++i)
+            if (!known.has(i)) unknown.push_back(i);
         spread_at(colors, restrict_to(windows, unknown), passes);
     }
 
@@ -9650,12 +10479,12 @@ private:
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
         buffer<std::int32_t> unknown;
-        for (std::size_t row = 0; row < read.size(); ++row) {
+        for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row], above = level.above[pixel];
             if (known_[pixel] != 0)
-                fill.set(static_cast<std::int32_t>(row), photo(pixel));
+                fill.set(row, photo(pixel));
             else if (unknown.push_back(pixel); above != no_pixel)
-                fill.set(static_cast<std::int32_t>(row), fill_above[above]);
+                fill.set(row, fill_above[above]);
         }
         spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
 
@@ -9689,8 +10518,8 @@ private:
                 ++count;
                 for (std::size_t c = 0; c < 3; ++c) sum[c] += colors_[3 * p + c];
             }
-            const double scale = 1.0 / (255.0 * static_cast<double>(std::max<std::uint64_t>(count, 1)));
-            for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(static_cast<double>(sum[c]) * scale);
+            const double scale = 1.0 / (255.0 * nearest_double(std::max<std::uint64_t>(count, 1)));
+            for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(nearest_double(sum[c]) * scale);
         });
         return mean_;
     }
@@ -9711,7 +10540,7 @@ private:
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
 // formats/farbrausch_file.hpp loads it from a file.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
@@ -9723,7 +10552,7 @@ public:
     /// kind     what it computes with; best_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
-    /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
+    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
     /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
     /// not have.
     explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
@@ -9744,7 +10573,7 @@ public:
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
     /// blue, in [0, 1] as it learned them.
     ///
-    /// wanted  one a pixel; not 0 wherever known_column is 0
+    /// wanted  K, one per pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
@@ -9756,22 +10585,7 @@ private:
     static constexpr std::size_t input_channels = 4, output_channels = 3;
     static constexpr const char* stage_name = "color inpainting";
 
-    /// Rows of channels; not set to zero first.
-    template <class Value>
-    struct feature_map {
-        std::size_t channels = 0, count = 0;
-        Value zero = {};
-        buffer<Value> values;
-
-        feature_map() = default;
-        feature_map(std::size_t rows, std::size_t channel_count, Value stands_for_zero)
-            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(count, unset) {}
-        std::span<Value> span() { return values; }
-        std::span<const Value> span() const { return values; }
-    };
-
     std::size_t depth() const { return architecture_.channels.size(); }
-    std::size_t skip_channels(std::size_t level) const { return level == 0 ? input_channels : architecture_.channels[level - 1]; }
 
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
@@ -9824,39 +10638,38 @@ template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
                                       buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
-    using source = basic_convolution_source<value_type>;
-    buffer<feature_map<value_type>> encoded(depth() + 1);
+    using source = basic_feature_view<value_type>;
+    using features = basic_feature_map<value_type>;
+    buffer<features> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
-        encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.data(), layers.input);
+        encoded[0] = features(levels[0].read.size(), input_channels, layers.input.zero());
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.begin(), layers.input);
         input = {};
     }
-    const auto read = [&](std::size_t level) {
+    const auto read = [&](std::size_t level) -> source {
         if constexpr (std::is_same_v<value_type, float>)
-            if (level == 0) return source{input.values(), input_channels, {}, {}};
-        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}, encoded[level].zero};
+            if (level == 0) return {input.values(), input_channels, {}, {}};
+        return encoded[level];
     };
     for (std::size_t i = 0; i < depth(); ++i) {
         const Weights& weights = layers.encoder[i];
-        encoded[i + 1] = {levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights)};
+        encoded[i + 1] = features(levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
         const source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].span(), {}, threads);
+        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].values, {}, threads);
         levels[i].encode = {};
         report();
     }
-    feature_map<value_type> coarser = std::move(encoded[depth()]);
+    features coarser = std::move(encoded[depth()]);
     buffer<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
         const Weights& weights = layers.decoder[i];
-        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}, coarser.zero},
-                                  read(i)};
+        const source sources[] = {upsample(coarser, levels[i].decoded_above), read(i)};
         if (i == 0) {
             result.resize(levels[0].decoded.size() * output_channels);
             convolve_partially(levels[i].decode, weights, sources, result, {}, threads);
         } else {
-            feature_map<value_type> finer(levels[i].decoded.size(), weights.outputs,
-                                          detail::zero_of_results<value_type>(weights));
-            convolve_partially(levels[i].decode, weights, sources, finer.span(), {}, threads);
+            features finer(levels[i].decoded.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
+            convolve_partially(levels[i].decode, weights, sources, finer.values, {}, threads);
             coarser = std::move(finer);
         }
         encoded[i] = {};
@@ -9870,13 +10683,13 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
-    std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
+    std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) -> std::uint8_t { return k == 0 ? 1 : 0; });
     const buffer<float> values = colors(layers, wanted, progress, threads);
     buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            color[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
+            color[3 * i + c] = detail::rounded_to_byte(255.0F * values[next++]);
 }
 
 template <executor Executor>
@@ -9902,7 +10715,7 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 // (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
 // it.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
 inline float exponential(float x) {
@@ -9926,9 +10739,9 @@ inline float exponential(float x) {
 // other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What a depth network's result stands for.
+/// The meaning of a depth network's result.
 enum class network_output {
     log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
     disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
@@ -10018,7 +10831,7 @@ public:
         return disparity_of(levels(resize_for_network(photo, threads), threads, report));
     }
 
-    /// What the values of levels() stand for, same shape.
+    /// The disparities that the values of levels() stand for, same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -10031,9 +10844,8 @@ public:
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const float steps = static_cast<float>(i) / 255.0F / q.scale;
-            table[i] =
-                static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
+            const float steps = detail::nearest_float(i) / 255.0F / q.scale;
+            table[i] = static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + q.zero_point, 0.0F, 255.0F));
         }
         image<std::uint8_t> result(rgb.height(), rgb.width(), rgb.channels(), unset);
         std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
@@ -10059,13 +10871,12 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// What each 8-bit result of the network stands for. No disparity is 0 or less: that of a step's half stands for all of
-    /// these.
+    /// The disparity that each 8-bit result of the network stands for. None is 0 or less: half a step stands for all of these.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const float value = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
+            const float value = (detail::nearest_float(i) - q.zero_point) * q.scale;
             table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : (std::max)(value, q.scale / 2);
         }
         return table;
@@ -10081,7 +10892,7 @@ private:
 // Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
 // (paper, section "Depth Pre-processing", connected components).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
@@ -10094,12 +10905,11 @@ namespace detail {
 struct image_components {
     std::int32_t columns = 0;
     buffer<pixel_run> runs;
-    buffer<std::size_t> row_start;  // the first run of each row, and one past the last
-    buffer<std::int32_t> label;     // the component of each run
+    buffer<std::int32_t> row_start;  // the first run of each row, and one past the last
+    buffer<std::int32_t> label;      // the component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
-        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
-        const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
+        const auto first = runs.begin() + row_start[y], last = runs.begin() + row_start[y + 1];
         const auto after = std::upper_bound(first, last, y * columns + x,
                                             [](std::int32_t value, const pixel_run& r) { return value < r.first; });
         return label[after - runs.begin() - 1];
@@ -10112,10 +10922,10 @@ inline image_components find_components(image_view<const float> disparity, surfa
     image_components found;
     found.columns = columns;
     disjoint_sets sets;
-    std::size_t above_first = 0, above_last = 0;
+    std::int32_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
         const float* here = disparity.row(y);
-        const std::size_t first = found.runs.size();
+        const std::int32_t first = found.runs.count();
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
             if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
@@ -10124,36 +10934,130 @@ inline image_components find_components(image_view<const float> disparity, surfa
                 start = x + 1;
             }
         // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
-        for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
+        for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
             const std::int32_t row = y * columns, row_above = row - columns;
             for (std::int32_t x = (std::max)(a.first - row_above, b.first - row);
                  x < (std::min)(a.last - row_above, b.last - row); ++x)
                 if (surface.same_surface(here[x], over[x])) {
-                    sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
+                    sets.merge(above, run);
                     break;
                 }
             const bool above_ends = a.last + columns <= b.last, here_ends = b.last <= a.last + columns;
             above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
         }
-        above_first = first, above_last = found.runs.size();
+        above_first = first, above_last = found.runs.count();
     }
-    found.row_start.push_back(found.runs.size());
+    found.row_start.push_back(found.runs.count());
     sets.number(found.label);
     return found;
 }
 
 // The pixels of one small component.
 struct small_component {
+    std::int32_t label = 0, columns = 0;
     buffer<pixel_run> runs;
-    std::int32_t columns = 0;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
         for (const pixel_run& r : runs)
             for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
     }
+};
+
+// The components with fewer pixels than `smallest_size`, in the order of their first pixels.
+inline buffer<small_component> find_small_components(const image_components& components, std::int32_t smallest_size) {
+    buffer<std::int32_t> size, small_index;
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::int32_t label = components.label[r];
+        if (label >= size.count()) size.push_back(0);  // labels are in the order of first runs
+        size[label] += components.runs[r].size();
+    }
+    buffer<small_component> result;
+    small_index.assign(size.size(), -1);
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::int32_t label = components.label[r];
+        if (size[label] >= smallest_size) continue;
+        if (small_index[label] < 0) {
+            small_index[label] = result.count();
+            result.push_back({label, components.columns, {}});
+        }
+        result[small_index[label]].runs.push_back(components.runs[r]);
+    }
+    return result;
+}
+
+// Merges one component after the other.
+class component_merger {
+public:
+    component_merger(const image_components& components, image_view<float> disparity)
+        : components_(components), disparity_(disparity) {}
+
+    // False if the component is no middle value and stays.
+    bool merge(const small_component& component) {
+        std::int32_t nearer = 0, farther = 0;
+        for_each_contact(component,
+                         [&](std::int32_t x, std::int32_t y, float other) { ++(other > disparity_(y, x) ? nearer : farther); });
+        if (nearer == 0 || farther == 0) return false;
+        const bool to_nearer = nearer > farther;
+        pending_.clear();
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
+            if ((other > disparity_(y, x)) == to_nearer) pending_.push_back({x, y, other});
+        });
+        spread(component.label);
+        return true;
+    }
+
+private:
+    struct assignment {
+        std::int32_t x, y;
+        float disparity;
+    };
+
+    // The pixels beside (x, y).
+    template <class Visit>
+    void for_each_neighbor(std::int32_t x, std::int32_t y, Visit&& visit) const {
+        for (side s : all_sides) {
+            const std::int32_t u = x + step_x(s), v = y + step_y(s);
+            if (u >= 0 && v >= 0 && u < components_.columns && v < components_.row_start.count() - 1) visit(u, v);
+        }
+    }
+
+    // Every pixel side on the component's boundary, with the disparity across it.
+    template <class Visit>
+    void for_each_contact(const small_component& component, Visit&& visit) const {
+        component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
+            for_each_neighbor(x, y, [&](std::int32_t u, std::int32_t v) {
+                if (components_.at(u, v) != component.label) visit(x, y, disparity_(v, u));
+            });
+        });
+    }
+
+    // Breadth first from the pending pixels on: a pixel of the component takes the value that reaches it first.
+    void spread(std::int32_t label) {
+        done_.clear();
+        while (!pending_.empty()) {
+            next_.clear();
+            for (const assignment& a : pending_) {
+                if (is_done(a.x, a.y)) continue;
+                done_.emplace_back(a.x, a.y);
+                disparity_(a.y, a.x) = a.disparity;
+                for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
+                    if (components_.at(u, v) == label && !is_done(u, v)) next_.push_back({u, v, a.disparity});
+                });
+            }
+            pending_.swap(next_);
+        }
+    }
+    bool is_done(std::int32_t x, std::int32_t y) const {
+        return std::find(done_.begin(), done_.end(), std::pair{x, y}) != done_.end();
+    }
+
+    const image_components& components_;
+    image_view<float> disparity_;
+    buffer<assignment> pending_, next_;
+    buffer<std::pair<std::int32_t, std::int32_t>> done_;
 };
 
 }  // namespace detail
@@ -10166,76 +11070,10 @@ struct small_component {
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
-                       columns = static_cast<std::int32_t>(disparity.width());
-
-    buffer<std::int32_t> size, small_index;
-    for (std::size_t r = 0; r < components.runs.size(); ++r) {
-        const std::size_t label = static_cast<std::size_t>(components.label[r]);
-        if (label >= size.size()) size.resize(label + 1, 0);
-        size[label] += components.runs[r].size();
-    }
-    buffer<detail::small_component> small_ones;
-    small_index.assign(size.size(), -1);
-    for (std::size_t r = 0; r < components.runs.size(); ++r) {
-        const std::size_t label = static_cast<std::size_t>(components.label[r]);
-        if (size[label] >= options.smallest_size) continue;
-        if (small_index[label] < 0) {
-            small_index[label] = static_cast<std::int32_t>(small_ones.size());
-            small_ones.emplace_back().columns = columns;
-        }
-        small_ones[small_index[label]].runs.push_back(components.runs[r]);
-    }
-
-    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
-    struct assignment {
-        std::int32_t x, y;
-        float disparity;
-    };
+    detail::component_merger merger(components, disparity);
     std::size_t merged = 0;
-    buffer<assignment> pending, next;
-    for (const detail::small_component& component : small_ones) {
-        const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
-        // Every pixel side on the component's boundary, with the pixel across it.
-        const auto for_each_contact = [&](auto&& visit) {
-            component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
-                for (side s : all_sides) {
-                    const std::int32_t u = x + step_x(s), v = y + step_y(s);
-                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) == label) continue;
-                    visit(x, y, value(u, v));
-                }
-            });
-        };
-        std::int32_t nearer = 0, farther = 0;
-        for_each_contact([&](std::int32_t x, std::int32_t y, float other) { ++(other > value(x, y) ? nearer : farther); });
-        if (nearer == 0 || farther == 0) continue;
-
-        const bool to_nearer = nearer > farther;
-        pending.clear();
-        for_each_contact([&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > value(x, y)) == to_nearer) pending.push_back({x, y, other});
-        });
-        // Breadth first: a pixel takes the value that reaches it first.
-        buffer<std::pair<std::int32_t, std::int32_t>> done;
-        const auto is_done = [&](std::int32_t x, std::int32_t y) {
-            return std::find(done.begin(), done.end(), std::pair{x, y}) != done.end();
-        };
-        while (!pending.empty()) {
-            next.clear();
-            for (const assignment& a : pending) {
-                if (is_done(a.x, a.y)) continue;
-                done.emplace_back(a.x, a.y);
-                value(a.x, a.y) = a.disparity;
-                for (side s : all_sides) {
-                    const std::int32_t u = a.x + step_x(s), v = a.y + step_y(s);
-                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) != label || is_done(u, v)) continue;
-                    next.push_back({u, v, a.disparity});
-                }
-            }
-            pending.swap(next);
-        }
-        ++merged;
-    }
+    for (const detail::small_component& c : detail::find_small_components(components, options.smallest_size))
+        if (merger.merge(c)) ++merged;
     return merged;
 }
 
@@ -10244,14 +11082,14 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
 // ---- ldi/depth/normalize.hpp
 // Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
-    /// from squeezing all others.
+    /// from squeezing all others. Chosen by trial.
     float clipped_share = 0.001F;
-    /// How much two neighboring steps of a quantized source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
-    /// whose 8 bits are log disparity; 0 for a source with fine steps.
+    /// The difference between two neighboring steps of a quantized source, as a share of their value: exp(0.0187) - 1 for
+    /// Tiefenrausch, whose 8 bits are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
     /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
@@ -10291,9 +11129,9 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
             raise(error_code::invalid_data, "disparity", options.is_inverse_depth ? "finite positive values" : "finite values",
                   std::to_string(value));
-    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * static_cast<float>(sorted.size()));
+    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * detail::nearest_float(sorted.size()));
     const auto at = [&](std::size_t rank) {
-        const auto position = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
+        const auto position = sorted.begin() + rank;
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
@@ -10308,7 +11146,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
-        const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
+        const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
         result.range.z_near = static_cast<float>(z_near);
         result.range.z_far = static_cast<float>(z_near * ratio);
     }
@@ -10322,8 +11160,9 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
 // bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
 // weighted mean next to depth edges, so that no values appear between the two sides.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
+/// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -10335,11 +11174,12 @@ namespace detail::resample {
 
 using namespace lanes;
 
-inline constexpr int radius = 3;
+// Of the window, in samples: two and a half times the sigma of 1.2, beyond which weights are below 0.05.
+inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples round one of them, by ascending disparity.
+// The samples around one of them, by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
@@ -10347,7 +11187,7 @@ struct window {
     // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
-        const float r = static_cast<float>(color[0]), g = static_cast<float>(color[1]), b = static_cast<float>(color[2]);
+        const float r = color[0], g = color[1], b = color[2];
         const four_floats one = four_floats{} + 1.0F;
         for (std::size_t s = 0; s < count; s += wide) {
             const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
@@ -10372,7 +11212,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
         const std::size_t v = y * rows / photo.height();
         for (std::size_t x = 0; x < photo.width(); ++x) {
             const std::size_t i = v * columns + sample_column[x];
-            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
+            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += from[3 * x + c];
             count[i] += 1.0F;
         }
     }
@@ -10381,13 +11221,132 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
+// The sample nearest to each pixel.
+inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
+    image<float> result(photo.height(), photo.width(), 1, unset);
+    for (std::size_t y = 0; y < photo.height(); ++y) {
+        const float* from = disparity.row((2 * y + 1) * disparity.height() / (2 * photo.height()));
+        for (std::size_t x = 0; x < photo.width(); ++x)
+            result(y, x) = from[(2 * x + 1) * disparity.width() / (2 * photo.width())];
+    }
+    return result;
+}
+
+// Resamples a map that is coarser than the photo. All pixels nearest to one sample share its window.
+class upsampler {
+public:
+    upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
+              const resample_options& options)
+        : disparity_(disparity),
+          photo_(photo),
+          surface_(surface),
+          colors_(colors_at_samples(photo, disparity.height(), disparity.width())),
+          scale_x_(nearest_float(disparity.width()) / nearest_float(photo.width())),
+          scale_y_(nearest_float(disparity.height()) / nearest_float(photo.height())),
+          spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
+          color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
+
+    // Sets the pixels nearest to the samples of rows [first, last).
+    void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
+        std::array<float, padded> weight;
+        window around{};
+        for (std::size_t v = first; v < last; ++v)
+            for (std::size_t u = 0; u < disparity_.width(); ++u) {
+                const bool near_edge = gather(u, v, around);
+                const std::size_t y_end = first_pixel(v + 1, photo_.height(), disparity_.height()),
+                                  x_end = first_pixel(u + 1, photo_.width(), disparity_.width());
+                for (std::size_t y = first_pixel(v, photo_.height(), disparity_.height()); y < y_end; ++y)
+                    for (std::size_t x = first_pixel(u, photo_.width(), disparity_.width()); x < x_end; ++x) {
+                        const float at_x = (nearest_float(x) + 0.5F) * scale_x_ - 0.5F,
+                                    at_y = (nearest_float(y) + 0.5F) * scale_y_ - 0.5F;
+                        if (near_edge) {
+                            around.weigh(at_x, at_y, photo_.row(y) + 3 * x, spatial_falloff_, color_falloff_, weight);
+                            result(y, x) = smoothed_median(around, weight);
+                        } else {
+                            result(y, x) = bilinear(at_x, at_y);
+                        }
+                    }
+            }
+    }
+
+private:
+    // The first pixel of a row or column whose nearest sample is not before this one.
+    static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
+        return (sample * pixel_count + sample_count - 1) / sample_count;
+    }
+
+    // Collects the window around a sample if there is an edge in it; false, and `around` is of no use, if there is none.
+    bool gather(std::size_t u, std::size_t v, window& around) const {
+        struct neighbor {
+            float disparity;
+            std::size_t x, y;
+        };
+        std::array<neighbor, samples> nearest;
+        around.count = 0;
+        float low = disparity_(v, u), high = low;
+        const std::size_t y_end = (std::min)(v + radius + 1, disparity_.height()),
+                          x_end = (std::min)(u + radius + 1, disparity_.width());
+        for (std::size_t y = v < radius ? 0 : v - radius; y < y_end; ++y)
+            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x) {
+                const float d = disparity_(y, x);
+                nearest[around.count++] = {d, x, y};
+                low = (std::min)(low, d), high = (std::max)(high, d);
+            }
+        if (surface_.same_surface(high, low)) return false;
+        std::sort(nearest.data(), nearest.data() + around.count,
+                  [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const neighbor& n = nearest[s];
+            around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
+            around.red[s] = colors_(n.y, n.x, 0), around.green[s] = colors_(n.y, n.x, 1), around.blue[s] = colors_(n.y, n.x, 2);
+        }
+        return true;
+    }
+
+    // The weighted median of a window, or rather the weighted mean over the samples of its surface.
+    float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
+        float total = 0.0F;
+        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
+        std::size_t median = 0;
+        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
+        float mean = 0.0F, share = 0.0F;
+        for (std::size_t s = 0; s < around.count; ++s)
+            if (surface_.same_surface(around.disparity[s], around.disparity[median])) {
+                mean += weight[s] * around.disparity[s];
+                share += weight[s];
+            }
+        return mean / share;
+    }
+
+    // x, y  in samples, at most one outside the map
+    float bilinear(float x, float y) const {
+        const float floor_x = std::floor(x), floor_y = std::floor(y);
+        const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
+        const float* above = disparity_.row(clamped(j, disparity_.height()));
+        const float* below = disparity_.row(clamped(j + 1, disparity_.height()));
+        const std::ptrdiff_t left = clamped(i, disparity_.width()), right = clamped(i + 1, disparity_.width());
+        const float fx = x - floor_x, fy = y - floor_y;
+        return (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
+               fy * ((1.0F - fx) * below[left] + fx * below[right]);
+    }
+    static std::ptrdiff_t clamped(std::ptrdiff_t i, std::size_t count) {
+        return std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1);
+    }
+
+    image_view<const float> disparity_;
+    image_view<const std::uint8_t> photo_;
+    surface_rule surface_;
+    image<float> colors_;
+    float scale_x_, scale_y_, spatial_falloff_, color_falloff_;
+};
+
 }  // namespace detail::resample
 
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
 ///
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in color, smoothed over the samples on
+/// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
 /// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
@@ -10403,92 +11362,10 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
+    if (rows >= photo.height() && columns >= photo.width()) return nearest_samples(disparity, photo);
     image<float> result(photo.height(), photo.width(), 1, unset);
-    if (rows >= photo.height() && columns >= photo.width()) {
-        for (std::size_t y = 0; y < photo.height(); ++y) {
-            const float* from = disparity.row((2 * y + 1) * rows / (2 * photo.height()));
-            for (std::size_t x = 0; x < photo.width(); ++x) result.row(y)[x] = from[(2 * x + 1) * columns / (2 * photo.width())];
-        }
-        return result;
-    }
-
-    const image<float> colors = colors_at_samples(photo, rows, columns);
-    const float scale_x = static_cast<float>(columns) / static_cast<float>(photo.width());
-    const float scale_y = static_cast<float>(rows) / static_cast<float>(photo.height());
-    const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
-    const float color_falloff = 0.5F / (options.color_sigma * options.color_sigma);
-    const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
-        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1));
-    };
-
-    // All pixels nearest to one row of samples share their windows.
-    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
-        struct neighbor {
-            float disparity;
-            std::ptrdiff_t x, y;
-        };
-        std::array<neighbor, samples> nearest;
-        std::array<float, padded> weight;
-        window around{};
-        for (std::size_t v = first; v < last; ++v)
-            for (std::size_t u = 0; u < columns; ++u) {
-                around.count = 0;
-                float low = disparity.row(v)[u], high = low;
-                for (int dv = -radius; dv <= radius; ++dv)
-                    for (int du = -radius; du <= radius; ++du) {
-                        const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(v) + dv, x = static_cast<std::ptrdiff_t>(u) + du;
-                        if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(rows) || x >= static_cast<std::ptrdiff_t>(columns))
-                            continue;
-                        const float d = disparity.row(static_cast<std::size_t>(y))[x];
-                        nearest[around.count++] = {d, x, y};
-                        low = (std::min)(low, d), high = (std::max)(high, d);
-                    }
-                const bool near_edge = !surface.same_surface(high, low);
-                if (near_edge) {
-                    std::sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(around.count),
-                              [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
-                    for (std::size_t s = 0; s < around.count; ++s) {
-                        const neighbor& n = nearest[s];
-                        const float* c = colors.row(static_cast<std::size_t>(n.y)) + 3 * n.x;
-                        around.disparity[s] = n.disparity, around.x[s] = static_cast<float>(n.x),
-                        around.y[s] = static_cast<float>(n.y);
-                        around.red[s] = c[0], around.green[s] = c[1], around.blue[s] = c[2];
-                    }
-                }
-
-                const std::size_t y_end = ((v + 1) * photo.height() + rows - 1) / rows,
-                                  x_end = ((u + 1) * photo.width() + columns - 1) / columns;
-                for (std::size_t y = (v * photo.height() + rows - 1) / rows; y < y_end; ++y)
-                    for (std::size_t x = (u * photo.width() + columns - 1) / columns; x < x_end; ++x) {
-                        const float at_x = (static_cast<float>(x) + 0.5F) * scale_x - 0.5F,
-                                    at_y = (static_cast<float>(y) + 0.5F) * scale_y - 0.5F;
-                        if (!near_edge) {
-                            const float floor_x = std::floor(at_x), floor_y = std::floor(at_y);
-                            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x),
-                                                 j = static_cast<std::ptrdiff_t>(floor_y);
-                            const float* above = disparity.row(clamped(j, rows));
-                            const float* below = disparity.row(clamped(j + 1, rows));
-                            const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
-                            const float fx = at_x - floor_x, fy = at_y - floor_y;
-                            result.row(y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-                                               fy * ((1.0F - fx) * below[left] + fx * below[right]);
-                            continue;
-                        }
-                        around.weigh(at_x, at_y, photo.row(y) + 3 * x, spatial_falloff, color_falloff, weight);
-                        float total = 0.0F;
-                        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
-                        std::size_t median = 0;
-                        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
-                        float mean = 0.0F, share = 0.0F;
-                        for (std::size_t s = 0; s < around.count; ++s)
-                            if (surface.same_surface(around.disparity[s], around.disparity[median])) {
-                                mean += weight[s] * around.disparity[s];
-                                share += weight[s];
-                            }
-                        result.row(y)[x] = mean / share;
-                    }
-            }
-    });
+    const upsampler upsample(disparity, photo, surface, options);
+    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) { upsample.resample_rows(first, last, result); });
     return result;
 }
 
@@ -10496,14 +11373,14 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
-// samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
+// samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
 // Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
 // between the two sides.
 //
 // Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
@@ -10577,7 +11454,7 @@ constexpr positions range(unsigned char first, unsigned char last) {
 template <std::size_t Capacity>
 struct merge_network {
     network<Capacity> steps;
-    positions order;  // where the i-th smallest value ends up
+    positions order;  // the place at which the i-th smallest value ends up
 };
 
 template <std::size_t Capacity>
@@ -10633,7 +11510,7 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
+    // If all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
     // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
     // exactly.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {
@@ -10756,10 +11633,10 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 // ---- ldi/occlusion/detail/diffuse_unknown.hpp
 // Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// g               in canonical order
-/// known           one a pixel, 0 where it is not known
+/// known           K, 0 where a pixel is not known
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
 /// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
 /// before_solving  is called once all values have been asked for
@@ -10772,11 +11649,11 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
         for (side s : all_sides) {
-            const std::int32_t neighbor = g.neighbors(s)[i];
+            const std::int32_t neighbor = g.neighbor(i, s);
             if (neighbor == no_pixel) continue;
             if (known[neighbor] != 0)
                 solver.add_known_neighbor(cell, value(neighbor, s));
@@ -10788,8 +11665,8 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     }
     before_solving();
     solver.solve(rounds);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.value(cell_of[i]));
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (known[i] == 0) store(i, solver.value(cell_of[i]));
 }
 
 }  // namespace ldi::detail
@@ -10798,7 +11675,7 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
 // Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
 // is not. Smooth, fast, and blind to texture.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp).
 struct diffusion_inpainter {
@@ -10815,8 +11692,7 @@ struct diffusion_inpainter {
             [&] { progress.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
-                    layers.template at<color_column>(pixel)[c] =
-                        static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
+                    layers.template at<color_column>(pixel)[c] = detail::rounded_to_byte(color[c]);
             });
     }
 };
@@ -10830,7 +11706,7 @@ struct diffusion_inpainter {
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
 // discontinuity meet in a corner there is a junction, and curves end.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
     /// Curves shorter than this, in pixel sides, are spurious and dropped: nothing grows behind them, and
@@ -10858,7 +11734,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one an end
+    buffer<growth_constraint> constraints;  ///< at most one per end
     bool is_closed = false;
 };
 
@@ -10868,15 +11744,15 @@ namespace detail::curves {
 class corner_map {
 public:
     explicit corner_map(const graph& g) : stride_(g.width + 1), width_(g.width), height_(g.height) {
-        present_.assign(static_cast<std::size_t>(stride_) * (static_cast<std::size_t>(g.height) + 1), 0);
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
     }
 
     void add(std::int32_t corner, side towards) {
-        if (present_[index(corner)] == 0) used_.push_back(corner);
-        present_[index(corner)] |= bit(towards);
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(towards);
         const std::int32_t other = next(corner, towards);
-        if (present_[index(other)] == 0) used_.push_back(other);
-        present_[index(other)] |= bit(opposite(towards));
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(towards));
     }
 
     const buffer<std::int32_t>& used() const { return used_; }
@@ -10884,7 +11760,7 @@ public:
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
     std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[index(c)] & bit(towards)) != 0; }
+    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
     bool on_border(std::int32_t c) const { return x(c) == 0 || y(c) == 0 || x(c) == width_ || y(c) == height_; }
     int degree(std::int32_t c) const {
         int count = 0;
@@ -10892,12 +11768,12 @@ public:
         return count;
     }
     void remove(std::int32_t c, side towards) {
-        present_[index(c)] &= static_cast<std::uint8_t>(~bit(towards));
-        present_[index(next(c, towards))] &= static_cast<std::uint8_t>(~bit(opposite(towards)));
+        LDI_ASSERT(has(c, towards));
+        present_[c] ^= bit(towards);
+        present_[next(c, towards)] ^= bit(opposite(towards));
     }
 
 private:
-    static std::size_t index(std::int32_t c) { return static_cast<std::size_t>(c); }
     static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
 
     std::int32_t stride_, width_, height_;
@@ -10914,14 +11790,14 @@ struct trace {
 
 class tracer {
 public:
-    tracer(const graph& g, std::span<const float> disparity) : graph_(g), disparity_(disparity), all_(g) {
+    tracer(const graph& g, const buffer<float>& disparity) : graph_(g), disparity_(disparity), all_(g) {
         for (std::int32_t y = 0; y < g.height; ++y) {
-            const std::size_t start = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width);
+            const std::int32_t start = y * g.width;
             for (std::int32_t x = 0; x + 1 < g.width; ++x)
-                if (g.right[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
+                if (g.right[start + x] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
             if (y + 1 == g.height) break;
             for (std::int32_t x = 0; x < g.width; ++x)
-                if (g.down[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
+                if (g.down[start + x] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
         }
     }
 
@@ -10940,8 +11816,8 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // The pixels round a corner that is not on the border.
-    std::array<std::int32_t, 4> pixels_round(std::int32_t corner) const {
+    // The pixels around a corner that is not on the border.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * graph_.width + all_.x(corner);
         return {below_right - graph_.width - 1, below_right - graph_.width, below_right - 1, below_right};
     }
@@ -10973,13 +11849,12 @@ private:
                            y = all_.y(corner) - (towards == side::up ? 1 : 0);
         const std::int32_t second = y * graph_.width + x, first = second - (vertical ? 1 : graph_.width);
         const side first_to_second = vertical ? side::right : side::down;
-        if (disparity_[static_cast<std::size_t>(first)] > disparity_[static_cast<std::size_t>(second)])
-            return {second, first, opposite(first_to_second)};
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
         return {first, second, first_to_second};
     }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     corner_map all_;
 };
 
@@ -10999,23 +11874,22 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = (std::min)(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
-        const float dx = static_cast<float>(corners.x(end) - corners.x(inner)),
-                    dy = static_cast<float>(corners.y(end) - corners.y(inner));
+        const float x = detail::nearest_float(corners.x(end)), dx = x - detail::nearest_float(corners.x(inner)),
+                    y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
         const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
-        growth_constraint c{
-            static_cast<float>(corners.x(end)), static_cast<float>(corners.y(end)), dx / norm, dy / norm, -dy / norm, dx / norm};
+        growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
         float towards_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
             const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
             towards_front +=
-                c.perpendicular_x * static_cast<float>(step_x(s)) + c.perpendicular_y * static_cast<float>(step_y(s));
+                c.perpendicular_x * detail::nearest_float(step_x(s)) + c.perpendicular_y * detail::nearest_float(step_y(s));
         }
         if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
         return c;
@@ -11041,20 +11915,15 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 // Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
 // costs nothing but its new pixels; then both are merged into canonical order in one pass.
 
-#include <numeric>
-
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 // Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
 // added.
 class hidden_pixels {
 public:
-    hidden_pixels(graph& base, std::span<const float> disparity)
-        : base_(base),
-          base_disparity_(disparity),
-          base_count_(static_cast<std::int32_t>(base.size())),
-          newest_(base.size(), no_pixel) {
-        LDI_ASSERT(base.size() == static_cast<std::size_t>(base.width) * static_cast<std::size_t>(base.height));
+    hidden_pixels(graph& base, const buffer<float>& disparity)
+        : base_(base), base_disparity_(disparity), base_count_(base.count()), newest_(base.size(), no_pixel) {
+        LDI_ASSERT(base.size() == base.position_count());
         hidden_.width = base.width, hidden_.height = base.height;
     }
 
@@ -11062,24 +11931,27 @@ public:
     /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
     std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
-        return is_base(pixel) ? newest_[index(pixel)] : older_[hidden_index(pixel)];
+        return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
     }
 
-    std::int32_t x(std::int32_t pixel) const { return is_base(pixel) ? base_.x[index(pixel)] : hidden_.x[hidden_index(pixel)]; }
-    std::int32_t y(std::int32_t pixel) const { return is_base(pixel) ? base_.y[index(pixel)] : hidden_.y[hidden_index(pixel)]; }
+    std::int32_t x(std::int32_t pixel) const { return is_base(pixel) ? base_.x[pixel] : hidden_.x[hidden_index(pixel)]; }
+    std::int32_t y(std::int32_t pixel) const { return is_base(pixel) ? base_.y[pixel] : hidden_.y[hidden_index(pixel)]; }
     float disparity(std::int32_t pixel) const {
-        return is_base(pixel) ? base_disparity_[index(pixel)] : hidden_disparity_[hidden_index(pixel)];
+        return is_base(pixel) ? base_disparity_[pixel] : hidden_disparity_[hidden_index(pixel)];
     }
     std::int32_t neighbor(std::int32_t pixel, side s) const {
-        return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
+        return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    /// source  the pixel that the new one grew from
-    std::int32_t add(std::int32_t position, float disparity, std::int32_t source) {
+    /// The visible pixel from which growth led to this one; of a visible pixel, itself.
+    std::int32_t origin(std::int32_t pixel) const { return is_base(pixel) ? pixel : origin_[hidden_index(pixel)]; }
+
+    /// origin  of the new pixel
+    std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
         const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x[position], base_.y[position]);
-        origin_.push_back(is_base(source) ? source : origin_[hidden_index(source)]);
+        origin_.push_back(origin);
         hidden_disparity_.push_back(disparity);
-        older_.push_back(std::exchange(newest_[index(position)], pixel));
+        older_.push_back(std::exchange(newest_[position], pixel));
         return pixel;
     }
 
@@ -11095,7 +11967,7 @@ public:
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         append(all.x, hidden_.x), append(all.y, hidden_.y);
         for (side s : all_sides) append(all.neighbors(s), hidden_.neighbors(s));
-        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        buffer<float> disparity = base_disparity_;
         append(disparity, hidden_disparity_);
         see(std::as_const(all), std::span<const float>(disparity), base_.size());
     }
@@ -11108,7 +11980,7 @@ public:
         const buffer<piece> pieces = order();
         buffer<std::int32_t> new_index(base_.size() + hidden_.size());
         for (const piece& p : pieces)
-            for (std::int32_t i = 0; i < p.count; ++i) new_index[index(p.old_first + i)] = p.new_first + i;
+            for (std::int32_t i = 0; i < p.count; ++i) new_index[p.old_first + i] = p.new_first + i;
 
         layered_image<Columns...> merged;
         merged.surface = base.surface, merged.camera = base.camera, merged.range = base.range;
@@ -11117,11 +11989,11 @@ public:
         g.resize(new_index.size());
         merged.resize_columns(new_index.size());
         for (const piece& p : pieces) {
-            const std::size_t to = index(p.new_first), count = index(p.count);
+            const std::int32_t to = p.new_first, count = p.count;
             const bool from_base = is_base(p.old_first);
             const graph& source = from_base ? base_ : hidden_;
-            const std::size_t from = from_base ? index(p.old_first) : hidden_index(p.old_first);
-            const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[index(pixel)]; };
+            const std::int32_t from = from_base ? p.old_first : hidden_index(p.old_first);
+            const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
             std::iota(g.x.data() + to, g.x.data() + to + count, source.x[from]);
             std::fill_n(g.y.data() + to, count, source.y[from]);
             std::iota(g.left.data() + to, g.left.data() + to + count, p.new_first - 1);
@@ -11132,12 +12004,11 @@ public:
                 std::transform(source.neighbors(s).data() + from, source.neighbors(s).data() + from + count,
                                g.neighbors(s).data() + to, moved);
             if (from_base)
-                (std::copy_n(base.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(from * Columns::channels),
-                             count * Columns::channels,
-                             merged.template column<Columns>().begin() + static_cast<std::ptrdiff_t>(to * Columns::channels)),
+                (std::copy(base.template at<Columns>(from).data(), end_of<Columns>(base, from + count - 1),
+                           merged.template at<Columns>(to).data()),
                  ...);
             else
-                (fill_hidden<Columns>(merged.template column<Columns>(), to, base.template column<Columns>(), from), ...);
+                (fill_hidden<Columns>(merged, to, base, from), ...);
         }
         return merged;
     }
@@ -11148,36 +12019,39 @@ private:
         std::int32_t old_first, new_first, count;
     };
 
-    static std::size_t index(std::int32_t pixel) { return static_cast<std::size_t>(pixel); }
     bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
-    std::size_t hidden_index(std::int32_t pixel) const { return static_cast<std::size_t>(pixel - base_count_); }
+    std::int32_t hidden_index(std::int32_t pixel) const { return pixel - base_count_; }
     std::int32_t& slot(std::int32_t pixel, side s) {
-        return is_base(pixel) ? base_.neighbors(s)[index(pixel)] : hidden_.neighbors(s)[hidden_index(pixel)];
+        return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
     }
 
-    // Pixel `to` of a new column, which is hidden pixel `from`.
-    template <class Column>
-    void fill_hidden(buffer<typename Column::scalar>& column, std::size_t to, const buffer<typename Column::scalar>& of_base,
-                     std::size_t from) const {
-        if constexpr (std::is_same_v<Column, disparity_column>)
-            column[to] = hidden_disparity_[from];
-        else if constexpr (at_new_pixels<Column>() == new_pixels::copy)
-            for (std::size_t c = 0; c < Column::channels; ++c)
-                column[to * Column::channels + c] = of_base[index(origin_[from]) * Column::channels + c];
+    template <class Column, class Layers>
+    static const typename Column::scalar* end_of(const Layers& layers, std::int32_t pixel) {
+        return layers.template at<Column>(pixel).data() + Column::channels;
+    }
+
+    // Sets a column at pixel `to` of the new image, which is hidden pixel `from`.
+    template <class Column, class Layers>
+    void fill_hidden(Layers& merged, std::int32_t to, const Layers& base, std::int32_t from) const {
+        if constexpr (std::is_same_v<Column, disparity_column>) {
+            merged.template column<Column>()[to] = hidden_disparity_[from];
+        } else if constexpr (at_new_pixels<Column>() == new_pixels::copy) {
+            const auto source = base.template at<Column>(origin_[from]);
+            std::copy(source.begin(), source.end(), merged.template at<Column>(to).begin());
+        }
     }
 
     // All pixels in canonical order (core/canonical_order.hpp), in pieces.
     buffer<piece> order() const {
-        const std::size_t rows = static_cast<std::size_t>(base_.height);
-        buffer<std::size_t> hidden_start(rows + 1, 0);  // hidden pixels that start a run, filed by row
-        for (std::size_t i = 0; i < hidden_.size(); ++i)
-            if (hidden_.left[i] == no_pixel) ++hidden_start[index(hidden_.y[i]) + 1];
-        for (std::size_t y = 0; y < rows; ++y) hidden_start[y + 1] += hidden_start[y];
-        buffer<std::int32_t> hidden_starts(hidden_start[rows]);
+        buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height) + 1,
+                                         0);  // hidden pixels that start a run, filed by row
+        for (std::int32_t i = 0; i < hidden_.count(); ++i)
+            if (hidden_.left[i] == no_pixel) ++hidden_start[hidden_.y[i] + 1];
+        for (std::int32_t y = 0; y < base_.height; ++y) hidden_start[y + 1] += hidden_start[y];
+        buffer<std::int32_t> hidden_starts(hidden_start.back());
         buffer<std::size_t> next(hidden_start.begin(), hidden_start.end() - 1);
-        for (std::size_t i = 0; i < hidden_.size(); ++i)
-            if (hidden_.left[i] == no_pixel)
-                hidden_starts[next[index(hidden_.y[i])]++] = base_count_ + static_cast<std::int32_t>(i);
+        for (std::int32_t i = 0; i < hidden_.count(); ++i)
+            if (hidden_.left[i] == no_pixel) hidden_starts[next[hidden_.y[i]]++] = base_count_ + i;
 
         const auto before = [this](std::int32_t a, std::int32_t b) {
             if (x(a) != x(b)) return x(a) < x(b);
@@ -11187,19 +12061,18 @@ private:
         buffer<piece> pieces;
         buffer<std::int32_t> starts;
         std::int32_t placed = 0;
-        for (std::size_t row = 0; row < rows; ++row) {
+        for (std::int32_t row = 0; row < base_.height; ++row) {
             starts.clear();
-            const std::int32_t first = static_cast<std::int32_t>(row) * base_.width;
+            const std::int32_t first = row * base_.width;
             for (std::int32_t i = first; i < first + base_.width; ++i)
-                if (base_.left[index(i)] == no_pixel) starts.push_back(i);
+                if (base_.left[i] == no_pixel) starts.push_back(i);
             const bool mixed = hidden_start[row] != hidden_start[row + 1];
-            starts.insert(starts.end(), hidden_starts.begin() + static_cast<std::ptrdiff_t>(hidden_start[row]),
-                          hidden_starts.begin() + static_cast<std::ptrdiff_t>(hidden_start[row + 1]));
+            starts.insert(starts.end(), hidden_starts.begin() + hidden_start[row], hidden_starts.begin() + hidden_start[row + 1]);
             if (mixed) std::sort(starts.begin(), starts.end(), before);
             for (std::int32_t start : starts)
                 for (std::int32_t i = start; i != no_pixel;) {
                     std::int32_t last = i;
-                    while (is_base(i) && base_.right[index(last)] == last + 1 && last + 1 < base_count_) ++last;
+                    while (is_base(i) && base_.right[last] == last + 1 && last + 1 < base_count_) ++last;
                     pieces.push_back({i, placed, last - i + 1});
                     placed += last - i + 1;
                     i = neighbor(last, side::right);
@@ -11209,7 +12082,7 @@ private:
     }
 
     graph& base_;
-    std::span<const float> base_disparity_;
+    const buffer<float>& base_disparity_;
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
     buffer<std::int32_t> older_;   // the one added there before
@@ -11221,42 +12094,67 @@ private:
 }  // namespace ldi::detail
 
 // ---- ldi/occlusion/expand.hpp
-// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel an iteration, each
-// curve as one front (paper, section "Occluded Surface Hallucination").
+// Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
+// curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct expand_options {
-    /// How far surfaces grow, in pixels: the width of what can be uncovered.
-    int iterations = 50;
+    /// How far the camera may go (render/motion.hpp), as a share of the photo's longer side: by so much, at most, does what is
+    /// nearest move against what is farthest. Behind a step in disparity that uncovers the step's share of it, and so far
+    /// surfaces grow. 0 to 1. (The paper grows them by 50 pixels, whatever the step and the camera.)
+    float motion = 0.08F;
+    /// The most pixels that a surface grows by, whatever the step.
+    int iterations = 4096;
 };
 
 namespace detail {
 
 class expansion {
 public:
-    expansion(graph& base, std::span<const float> disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
-              const expand_options& options)
-        : pixels_(base, disparity), surface_(surface), curves_(curves), options_(options), fronts_(curves.size()) {}
+    expansion(graph& base, const buffer<float>& disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
+              float motion)
+        : pixels_(base, disparity), surface_(surface), curves_(curves), fronts_(curves.size()), reach_(base.size(), 0.0F) {
+        const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
+        for (const discontinuity_curve& curve : curves)
+            for (const discontinuity& d : curve.sides) {
+                const float uncovered = (disparity[d.front] - disparity[d.back]) * pixels_per_disparity;
+                if (uncovered > 0.0F) reach_[d.back] = (std::max)(reach_[d.back], uncovered + margin);
+            }
+        for (const discontinuity_curve& curve : curves) {  // curves share pixels
+            float& farthest = farthest_.emplace_back(0.0F);
+            for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
+        }
+    }
 
     hidden_pixels& pixels() { return pixels_; }
+
+    /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
+    int most_iterations() const {
+        float farthest = 0.0F;
+        for (const float f : farthest_) farthest = (std::max)(farthest, f);
+        return static_cast<int>(std::ceil(1.5F * farthest));
+    }
 
     void run_iteration(int iteration) {
         for (std::size_t c = 0; c < curves_.size(); ++c) {
             created_.clear();
             if (iteration == 0) {
-                for (const discontinuity& d : curves_[c].sides) grow(curves_[c], d.back, d.towards_front);
+                for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
             } else {
                 for (std::int32_t pixel : fronts_[c])
-                    for (side s : all_sides) grow(curves_[c], pixel, s);
+                    for (side s : all_sides) grow(c, pixel, s);
             }
             fronts_[c].swap(created_);
         }
     }
 
 private:
+    // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
+    static constexpr float margin = 1.5F;
+
     // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
-    void grow(const discontinuity_curve& curve, std::int32_t pixel, side s) {
+    void grow(std::size_t curve, std::int32_t pixel, side s) {
         if (pixels_.neighbor(pixel, s) != no_pixel) return;
         const std::int32_t x = pixels_.x(pixel) + step_x(s), y = pixels_.y(pixel) + step_y(s);
         if (!pixels_.inside(x, y) || crosses_constraint(curve, x, y)) return;
@@ -11264,16 +12162,20 @@ private:
         const std::int32_t position = pixels_.position(x, y);
 
         // The paper's average of the neighbors: on each side the pixel of this surface, if there is one that is free to be
-        // linked.
-        std::int32_t neighbors[4];
-        float sum = 0.0F, count = 0.0F;
-        for (side t : all_sides) {
+        // linked. The new pixel's origin is that of the neighbor whose reach goes farthest beyond it.
+        std::int32_t neighbors[4], origin = no_pixel;
+        float sum = 0.0F, count = 0.0F, room = 0.0F;
+        for (int i = 0; i < 4; ++i) {
+            const side t = all_sides[i];
             const std::int32_t neighbor = t == opposite(s) ? pixel : free_neighbor(x, y, t, source);
-            neighbors[static_cast<std::size_t>(t)] = neighbor;
+            neighbors[i] = neighbor;
             if (neighbor == no_pixel) continue;
             sum += pixels_.disparity(neighbor);
             count += 1.0F;
+            const float room_there = room_beyond(pixels_.origin(neighbor), x, y);
+            if (room_there >= room) room = room_there, origin = pixels_.origin(neighbor);
         }
+        if (origin == no_pixel) return;
         const float created = sum / count;
 
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
@@ -11285,13 +12187,18 @@ private:
             const bool is_visible = there == position;
             if (surface_.same_surface(other, created) || (is_visible && created > other)) return;
         }
-        const std::int32_t made = pixels_.add(position, created, pixel);
-        for (side t : all_sides) {
-            const std::int32_t neighbor = neighbors[static_cast<std::size_t>(t)];
-            if (neighbor != no_pixel && surface_.same_surface(pixels_.disparity(neighbor), created))
-                pixels_.link(made, t, neighbor);
-        }
+        const std::int32_t made = pixels_.add(position, created, origin);
+        for (int i = 0; i < 4; ++i)
+            if (neighbors[i] != no_pixel && surface_.same_surface(pixels_.disparity(neighbors[i]), created))
+                pixels_.link(made, all_sides[i], neighbors[i]);
         created_.push_back(made);
+    }
+
+    // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
+    float room_beyond(std::int32_t origin, std::int32_t x, std::int32_t y) const {
+        if (!(reach_[origin] > 0.0F)) return -1.0F;
+        const float dx = nearest_float(x - pixels_.x(origin)), dy = nearest_float(y - pixels_.y(origin));
+        return reach_[origin] - std::sqrt(dx * dx + dy * dy);
     }
 
     // The pixel next to (x, y) on side `s`, with no neighbor there yet, that is nearest in disparity to `source` and within the
@@ -11309,16 +12216,16 @@ private:
         return best;
     }
 
-    // Whether the center of (x, y) lies on the half line at one of the curve's ends. The line is taken wide enough that no step
-    // leads across it, and long enough that no front gets round it.
-    bool crosses_constraint(const discontinuity_curve& curve, std::int32_t x, std::int32_t y) const {
+    // Whether the center of (x, y) lies on the half line at one of the curve's ends. The line is so wide that no step of one
+    // pixel leads across it, and so long that no front gets around it. That it starts 2 pixels before the curve's end was chosen
+    // by trial.
+    bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
-        for (const growth_constraint& c : curve.constraints) {
-            const float dx = static_cast<float>(x) + 0.5F - c.x, dy = static_cast<float>(y) + 0.5F - c.y;
+        for (const growth_constraint& c : curves_[curve].constraints) {
+            const float dx = nearest_float(x) + 0.5F - c.x, dy = nearest_float(y) + 0.5F - c.y;
             const float outward = dx * c.outward_x + dy * c.outward_y;
             const float along = dx * c.perpendicular_x + dy * c.perpendicular_y;
-            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < 2.0F * static_cast<float>(options_.iterations))
-                return true;
+            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < 2.0F * farthest_[curve]) return true;
         }
         return false;
     }
@@ -11326,9 +12233,10 @@ private:
     hidden_pixels pixels_;
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
-    const expand_options& options_;
     buffer<buffer<std::int32_t>> fronts_;  // the newest pixels of each curve
     buffer<std::int32_t> created_;
+    buffer<float> reach_;     // of each visible pixel: how far its surface grows from there, in pixels
+    buffer<float> farthest_;  // the largest of each curve
 };
 
 }  // namespace detail
@@ -11337,46 +12245,53 @@ private:
 /// curves  of the same layer
 ///
 /// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
-/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; each other column says
-/// itself what new pixels have (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
+/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other
+/// column follows its own rule (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const progress_listener& progress = {},
                                  AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
-    if (options.iterations < 0 || options.iterations > 4096)
-        raise(error_code::invalid_option, "expand_options::iterations", "0 to 4096", std::to_string(options.iterations));
-    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options);
-    for (int i = 0; i < options.iterations; ++i) {
+    if (options.iterations < 0)
+        raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
+    if (!(options.motion >= 0 && options.motion <= 1))
+        raise(error_code::invalid_option, "expand_options::motion", "0 to 1", std::to_string(options.motion));
+    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options.motion);
+    const int last = (std::min)(options.iterations, expansion.most_iterations());
+    for (int i = 0; i < last; ++i) {
         expansion.run_iteration(i);
         if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
             expansion.pixels().show(after_iteration);
-        progress.report("occluded geometry", static_cast<float>(i + 1) / static_cast<float>(options.iterations));
+        progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
     }
-    return expansion.pixels().merge_into(layer);
+    progress.report("occluded geometry", 1.0F);
+    layered_image<Columns...> grown = expansion.pixels().merge_into(layer);
+    const int all = expansion.most_iterations();
+    grown.motion = last < all ? options.motion * detail::nearest_float(last) / detail::nearest_float(all) : options.motion;
+    return grown;
 }
 
 }  // namespace ldi
 
 // ---- ldi/occlusion/grain.hpp
-// Grain for what is inpainted. Of a color that can't be known an inpainter says the mean of what it might be, and that is
-// smooth: beside sand, leaves or film it shows as a blur. So noise is laid over it, as strong as what is fine in the photo
-// around; video codecs do the same ("film grain synthesis" of AV1). Where the photo is smooth, a sky, next to nothing is added.
-// Not in the paper.
+// Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
+// is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
+// photo around it; video codecs do the same ("film grain synthesis" of AV1). Next to nothing is added where the photo is smooth,
+// as in a sky. Not in the paper.
 //
 // The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
 // smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
 // what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
 // depends on a pixel's position alone: a result is always the same.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to that of the photo's own around, were it noise; 0: none. Less than 1 looks
-    /// better: a photo's texture is not all noise.
+    /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
+    /// than 1 looks better, because a photo's texture is not all noise; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// The strongest noise around that counts, as a standard deviation, of 255: what is stronger is an edge.
+    /// Noise counts up to this standard deviation, in gray levels of 255: stronger detail is an edge.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -11391,8 +12306,8 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
     h = (h ^ h >> 16) * 0x85EBCA6BU;
     h = (h ^ h >> 13) * 0xC2B2AE35U;
     h ^= h >> 16;
-    const float sum = static_cast<float>((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
-    return (sum - 510.0F) / 147.8F;
+    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
+    return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
 /// The photo's grain at its known pixels.
@@ -11418,12 +12333,12 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// What the squared mean of the roots of details is for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation,
-    /// which is that of a pixel less the mean of four, sqrt(1 + 1/4).
+    /// The squared mean of the roots of details for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation, which is
+    /// that of a pixel less the mean of four, sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    static constexpr int smeared = 3;
+    static constexpr int smeared = 3;  // pixels; chosen by trial: wide enough for a lens and JPEG, narrow enough for small things
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
         const std::int32_t found = graph_.neighbor(pixel, s);
@@ -11431,9 +12346,8 @@ private:
     }
 
     float brightness(std::int32_t pixel) const {
-        const std::uint8_t* color = color_.data() + 3 * static_cast<std::ptrdiff_t>(pixel);
-        return 0.299F * static_cast<float>(color[0]) + 0.587F * static_cast<float>(color[1]) +
-               0.114F * static_cast<float>(color[2]);
+        const std::uint8_t* color = color_.data() + 3 * std::ptrdiff_t{pixel};
+        return 0.299F * color[0] + 0.587F * color[1] + 0.114F * color[2];
     }
 
     const graph& graph_;
@@ -11453,7 +12367,7 @@ inline void check_grain_option(const char* name, float value, float most) {
 ///
 /// layers  in canonical order, with a color everywhere
 ///
-/// Errors: invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
+/// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_grain_option("strength", options.strength, 100.0F);
@@ -11466,16 +12380,14 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F))));
+            root = detail::rounded_to_byte(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F)));
             return &root;
         },
         [] {},
         [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
             const float part = diffused[0] / 255.0F;
-            const std::size_t i = static_cast<std::size_t>(pixel);
-            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
-            for (std::uint8_t& value : layers.template at<color_column>(pixel))
-                value = static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<float>(value) + grain, 0.0F, 255.0F)));
+            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[pixel], g.y[pixel]);
+            for (std::uint8_t& value : layers.template at<color_column>(pixel)) value = detail::rounded_to_byte(value + grain);
         });
 }
 
@@ -11485,13 +12397,41 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
 // Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
 // Neighbors are linked except across discontinuities.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Sets the positions and links of the pixels of row y.
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph& g) {
+    const std::int32_t stride = g.width, start = y * stride;
+    const float* here = disparity.row(y);
+    const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
+    const float* below = y + 1 < g.height ? disparity.row(y + 1) : nullptr;
+    for (std::int32_t x = 0; x < stride; ++x) g.x[start + x] = x, g.y[start + x] = y;
+    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
+        for (std::int32_t x = 0; x < stride; ++x)
+            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
+    };
+    link_vertically(g.up.data() + start, above, -stride);
+    link_vertically(g.down.data() + start, below, stride);
+    std::int32_t* left = g.left.data() + start;
+    std::int32_t* right = g.right.data() + start;
+    left[0] = no_pixel;
+    for (std::int32_t x = 0; x + 1 < stride; ++x) {
+        const bool linked = surface.same_surface(here[x], here[x + 1]);
+        right[x] = linked ? start + x + 1 : no_pixel;
+        left[x + 1] = linked ? start + x : no_pixel;
+    }
+    right[stride - 1] = no_pixel;
+}
+
+}  // namespace detail
 
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
-/// distances go from 1 to 10, until the caller says better. Raises error_code::mismatch if the images differ in size or have no
+/// distances go from 1 to 10, unless the caller knows better. Raises error_code::mismatch if the images differ in size or have no
 /// pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
@@ -11503,7 +12443,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
                   std::to_string(disparity.channels()));
-    if (rows > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()) / columns)
+    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layer layers;
@@ -11521,34 +12461,8 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
     }
     layers.column<known_column>().assign(rows * columns, 1);
 
-    const std::int32_t stride = g.width;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) {
-            const float* here = disparity.row(y);
-            const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
-            const float* below = y + 1 < rows ? disparity.row(y + 1) : nullptr;
-            const std::size_t start = y * columns;
-            const std::int32_t index = static_cast<std::int32_t>(start);
-            for (std::int32_t x = 0; x < stride; ++x) {
-                g.x[start + static_cast<std::size_t>(x)] = x;
-                g.y[start + static_cast<std::size_t>(x)] = static_cast<std::int32_t>(y);
-            }
-            const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
-                for (std::int32_t x = 0; x < stride; ++x)
-                    links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? index + x + step : no_pixel;
-            };
-            link_vertically(g.up.data() + start, above, -stride);
-            link_vertically(g.down.data() + start, below, stride);
-            std::int32_t* left = g.left.data() + start;
-            std::int32_t* right = g.right.data() + start;
-            left[0] = no_pixel;
-            for (std::int32_t x = 0; x + 1 < stride; ++x) {
-                const bool linked = surface.same_surface(here[x], here[x + 1]);
-                right[x] = linked ? index + x + 1 : no_pixel;
-                left[x + 1] = linked ? index + x : no_pixel;
-            }
-            right[stride - 1] = no_pixel;
-        }
+        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     return layers;
 }
@@ -11559,13 +12473,13 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
 // Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. Those
 // colors are marked unknown, so that inpainting refills them (paper, Figure "atlas": the light blue pixels).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct mixed_color_options {
-    /// How far from the silhouette the foreground's colors are refilled, in pixels.
+    /// The foreground's colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
-    /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
-    /// lens smeared over the background is what the hidden surface is continued with. One pixel costs nothing: seen from the
+    /// The background's colors are refilled within this many. The paper marks the foreground only. Without a margin here, the
+    /// hidden surface would be continued with what the lens smeared over the background. One pixel costs nothing: seen from the
     /// right camera, six stereo pairs measure 25.85 dB with it and 25.86 dB without; a second pixel costs 0.23 dB.
     int background_margin = 1;
 };
@@ -11629,7 +12543,7 @@ void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_optio
         foreground.push_back(a_is_nearer ? a : b);
         background.push_back(a_is_nearer ? b : a);
     };
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i) {
         if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
         if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width);
@@ -11642,10 +12556,10 @@ void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_optio
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"); where nothing grows behind them they would gape as cracks and cut charts into
-// slivers, so the pixels on both sides are linked again and the mesh spans the step.
+// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
+// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// curves  those of its discontinuities that stay
 ///
@@ -11686,7 +12600,7 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
 //      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
 //      to a fold, in the middle of what hides it would else bleed into that.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
 struct chart {
@@ -11701,14 +12615,14 @@ struct chart_set {
     buffer<chart> charts;
 };
 
-/// Where a chart lies in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
 /// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
+    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are divided evenly:
     /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
     /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
     /// all, so only larger ones are cut.
@@ -11720,17 +12634,16 @@ struct chart_options {
 namespace detail {
 
 /// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
-/// at others are never of different surfaces within that range, so there constraint 3 holds of itself: almost everywhere, in a
-/// photo.
+/// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
+/// everywhere.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
-    const std::size_t columns = static_cast<std::size_t>(g.width);
-    buffer<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
-    const auto row_of = [&](std::int32_t y) { return positions.data() + static_cast<std::size_t>(y) * columns; };
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    buffer<std::uint8_t> positions(g.position_count(), 0);
+    const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t x = g.x[i], y = g.y[i];
         std::uint8_t& here = row_of(y)[x];
-        here = static_cast<std::uint8_t>((here & taken) == 0 ? here | taken : here | contested);
+        here |= (here & taken) == 0 ? taken : contested;
         if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
         const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
                           (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
@@ -11750,7 +12663,7 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, std::span<const float> disparity, surface_rule surface, const chart_options& options)
+    chart_grower(const graph& g, const buffer<float>& disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
@@ -11758,15 +12671,15 @@ public:
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
-          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
+          occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(options.filter_range)),
-          cell_columns_(static_cast<std::size_t>((g.width >> cell_shift_) + 1)),
-          cells_(cell_columns_ * static_cast<std::size_t>((g.height >> cell_shift_) + 1)) {
+          cell_columns_((g.width >> cell_shift_) + 1),
+          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height >> cell_shift_) + 1))) {
         result_.chart_of.assign(g.size(), -1);
     }
 
     chart_set grow_all() {
-        const std::int32_t count = static_cast<std::int32_t>(graph_.size());
+        const std::int32_t count = graph_.count();
         for (std::int32_t seed = 0; seed < count; ++seed)
             if (chart_of(seed) < 0) grow(seed);
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
@@ -11779,20 +12692,21 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by
-    /// side.
-    struct run {
+    /// Pixels of one chart that are linked from left to right. Growth goes from strip to strip. Not a pixel_run, whose pixels lie
+    /// side by side in memory: charts are made of layers in any order, so growth may only follow links; and looking up the place
+    /// of a strip's first pixel again would cost a cache miss.
+    struct strip {
         std::int32_t first, x, y, count;
     };
 
-    /// What disparities the chart that was here last has in a square of the lattice, among pixels near other surfaces. Mostly
-    /// tells at a glance that there is no other surface.
+    /// The disparities that the last chart here has in a square of the lattice, among pixels near other surfaces. In most cases
+    /// they show at once that there is no other surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Cells of 2^shift a side, so large that the filter's reach to both sides touches no more than two.
+    /// Cells with sides of 2^shift, so large that the filter's reach to both sides touches no more than two.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -11807,36 +12721,35 @@ private:
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
 
     void grow(std::int32_t seed) {
-        current_ = static_cast<std::int32_t>(result_.charts.size());
-        const std::size_t s = static_cast<std::size_t>(seed);
-        left_ = right_ = graph_.x[s], top_ = bottom_ = graph_.y[s];
+        current_ = result_.charts.count();
+        left_ = right_ = graph_.x[seed], top_ = bottom_ = graph_.y[seed];
         queue_.clear();
-        add_run(seed, graph_.x[s], graph_.y[s]);
-        std::size_t pixels = 0;
+        add_strip(seed, graph_.x[seed], graph_.y[seed]);
+        std::int64_t pixels = 0;
         for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const run r = queue_[next];
-            pixels += static_cast<std::size_t>(r.count);
+            const strip r = queue_[next];
+            pixels += r.count;
             grow_from(r, graph_.up, r.y - 1);
             grow_from(r, graph_.down, r.y + 1);
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
-        grown.pixels.reserve(pixels);
+        grown.pixels.reserve(static_cast<std::size_t>(pixels));
         result_.charts.push_back(std::move(grown));
     }
 
-    void grow_from(const run& r, const buffer<std::int32_t>& links, std::int32_t y) {
+    void grow_from(const strip& r, const buffer<std::int32_t>& links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
             const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_run(beyond, x, y);
+            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
         }
     }
 
     /// Adds a pixel that may join, and all that may and are linked to it from left to right.
-    void add_run(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
-        run r{pixel, x, y, 1};
+        strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
             last = graph_.right[last];
             if (!may_join(last, x + r.count, y)) break;
@@ -11864,7 +12777,7 @@ private:
         left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
         top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
         if (near_other_[at(x, y)] != 0) {
-            const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+            const float disparity = disparity_[pixel];
             cell& c = cell_at(x, y);
             if (c.chart != current_) c = {current_, disparity, disparity};
             c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
@@ -11872,7 +12785,7 @@ private:
     }
 
     cell& cell_at(std::int32_t x, std::int32_t y) {
-        return cells_[static_cast<std::size_t>(y >> cell_shift_) * cell_columns_ + static_cast<std::size_t>(x >> cell_shift_)];
+        return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
     /// The current chart's pixel at a lattice position.
@@ -11881,7 +12794,7 @@ private:
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
-    /// What is within the filter's reach of a position.
+    /// The positions within the filter's reach of one.
     struct window {
         std::int32_t left, right, top, bottom;
     };
@@ -11892,7 +12805,7 @@ private:
 
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         const window w = around(x, y);
-        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        const float disparity = disparity_[pixel];
         const auto has_others = [&](const cell& c) {
             return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
         };
@@ -11927,25 +12840,21 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    bool differ(std::int32_t a, std::int32_t b) const {
-        return std::abs(disparity_[static_cast<std::size_t>(a)] - disparity_[static_cast<std::size_t>(b)]) > threshold_;
-    }
+    bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
-    std::size_t at(std::int32_t x, std::int32_t y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
-    }
+    std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
     buffer<std::uint8_t> near_other_;
     buffer<std::int32_t> occupants_;
     int cell_shift_;
-    std::size_t cell_columns_;
+    std::int32_t cell_columns_;
     buffer<cell> cells_;
-    buffer<run> queue_;
+    buffer<strip> queue_;
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };
@@ -11967,7 +12876,7 @@ chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
 // Packs rectangles into one sheet: a tree that splits free rectangles (paper, section "Texture Atlas Generation", Packing; after
 // blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct rectangle_size {
     std::int32_t width = 0, height = 0;
@@ -11978,10 +12887,10 @@ struct rectangle_corner {
     std::int32_t x = 0, y = 0;  ///< of the top left corner
 };
 
-/// Where each rectangle lies, and how large the sheet is that holds them all.
+/// The place of each rectangle, and the size of the sheet that holds them all.
 struct packing {
     rectangle_size sheet;
-    buffer<rectangle_corner> corners;  ///< one a rectangle, in the caller's order
+    buffer<rectangle_corner> corners;  ///< one per rectangle, in the caller's order
 };
 
 /// A sheet of fixed size that takes one rectangle after the other, each into the first free leaf of the tree that it fits.
@@ -12006,7 +12915,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+    static constexpr std::size_t none = (std::numeric_limits<std::size_t>::max)();
 
     struct leaf {
         rectangle_corner corner;
@@ -12090,7 +12999,10 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         best.corners = corners;
         return true;
     };
-    const double side = std::sqrt(static_cast<double>(area));
+    const double side = std::sqrt(detail::nearest_double(area));
+    // Widths over that of a square sheet without waste. On 17 photos with depth maps these 30 leave 2.8 % of the sheet empty and
+    // take 0.1 ms; steps twice as large leave 3.5 %, half as large 2.6 %, 0.85 to 1.2 leaves 4.4 %, a square alone 11 %, and 0.5
+    // to 2 gains nothing.
     for (double stretch = 0.7; stretch < 1.45; stretch += 0.025) {
         const std::int32_t width = (std::max)(static_cast<std::int32_t>(std::ceil(side * stretch)), largest.width);
         if (width > max_side) continue;
@@ -12109,7 +13021,7 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         }
     }
     if (best.corners.empty() && !fits({max_side, max_side}))
-        raise(error_code::too_large, "pack", "a sheet of at most " + std::to_string(max_side) + " a side",
+        raise(error_code::too_large, "pack", "a sheet with sides of at most " + std::to_string(max_side),
               std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
     return best;
 }
@@ -12121,12 +13033,12 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
 // padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
 // padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// JPEG codes color in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+/// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// Where a texel of the atlas has its color from: the classes of the paper's Figure "atlas".
+/// The origin of a texel's color: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
     empty,       ///< in no block of a chart
     photo,       ///< a pixel that the photo shows
@@ -12179,8 +13091,7 @@ private:
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
-        const std::size_t i = static_cast<std::size_t>(pixel);
-        return (graph_.y[i] - c.y + placement.y) * stride_ + (graph_.x[i] - c.x + placement.x);
+        return (graph_.y[pixel] - c.y + placement.y) * stride_ + (graph_.x[pixel] - c.x + placement.x);
     }
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
@@ -12233,6 +13144,7 @@ private:
         border_.swap(next_border_);
     }
 
+    static constexpr unsigned bit(texel_kind k) { return 1U << static_cast<unsigned>(k); }
     static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
     static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
 
@@ -12247,10 +13159,10 @@ private:
                 for (std::int32_t x = block; x < block + macroblock_side; ++x) add_unknown(room, x, y);
         }
         diffusion_.solve(rounds);
-        for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion<3>::value_type& value = diffusion_.value(static_cast<std::int32_t>(i) + 1);
-            for (std::size_t channel = 0; channel < 3; ++channel)
-                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
+        for (std::int32_t i = 0; i < unknown_.count(); ++i) {
+            const diffusion<3>::value_type& value = diffusion_.value(i + 1);
+            std::uint8_t* const color = color_ + 3 * unknown_[i];
+            for (std::size_t channel = 0; channel < 3; ++channel) color[channel] = detail::rounded_mean(value[channel]);
         }
     }
 
@@ -12261,10 +13173,8 @@ private:
             texel_kind* corner = kind_ + (room.y + y) * stride_ + room.x + x;
             unsigned seen = 0;
             for (std::int32_t i = 0; i < macroblock_side; ++i)
-                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= 1U << static_cast<unsigned>(corner[i * stride_ + j]);
-            constexpr unsigned empty = 1U << static_cast<unsigned>(texel_kind::empty);
-            constexpr unsigned diffused = 1U << static_cast<unsigned>(texel_kind::diffused);
-            if (seen == empty || (seen & (empty | diffused)) == 0) continue;
+                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= bit(corner[i * stride_ + j]);
+            if (seen == bit(texel_kind::empty) || (seen & (bit(texel_kind::empty) | bit(texel_kind::diffused))) == 0) continue;
             open_blocks_.push_back(x);
             for (std::int32_t i = 0; i < macroblock_side; ++i)
                 std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty,
@@ -12306,7 +13216,7 @@ private:
 // The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
 // Generation").
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
@@ -12317,7 +13227,7 @@ struct atlas_options {
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
     image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
-    buffer<chart_placement> placements;  ///< one a chart
+    buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
 };
 
@@ -12329,21 +13239,23 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
-    const auto at = [&](std::size_t i) {
-        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
-    };
-    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
-    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = (std::max)(front[at(i)], disparity[i]);
+    buffer<float> front(g.position_count(), 0.0F);
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        float& nearest = front[g.position_of(i)];
+        nearest = (std::max)(nearest, disparity[i]);
+    }
     buffer<texel_kind> kinds(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i)
-        kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const bool is_hidden = disparity[i] < front[g.position_of(i)];
+        kinds[i] = known[i] != 0 ? texel_kind::photo : is_hidden ? texel_kind::occluded : texel_kind::refilled;
+    }
     return kinds;
 }
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
-/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
+/// Packs, draws and pads all charts. Every pixel of `layers` has a color by now; known_column tells which are the photo's
+/// own, and only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
@@ -12362,7 +13274,8 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
     atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
     atlas.kind = image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
-    atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
+    atlas.fill =
+        detail::nearest_float(layers.size()) / detail::nearest_float(std::max<std::size_t>(atlas_height * atlas_width, 1));
 
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
@@ -12380,24 +13293,24 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
 
 }  // namespace ldi
 
-// ---- ldi/mesh/triangulate.hpp
-// Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
-// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
-// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
-// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+// ---- ldi/mesh/polygon.hpp
+// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
+// Coordinates are integers, so every question about them has an exact answer in 64 bits.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^18
+
+    friend bool operator==(const lattice_point&, const lattice_point&) = default;
 };
 
 /// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
 /// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
 /// the interior.
 ///
-/// An outline may touch itself in vertices and along whole edges, from outside; such vertices are there once for each part, as an
-/// outline that is walked along the inside has them.
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
+/// interior that meets there, as a walk along the inside of the outline finds it.
 struct polygon {
     buffer<lattice_point> points;
     buffer<std::int32_t> next;
@@ -12406,336 +13319,39 @@ struct polygon {
     void clear() { points.clear(), next.clear(), outline_count = 0; }
 };
 
-/// Why a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or touch where they
-/// must not.
-struct polygon_conflict {
-    buffer<std::int32_t> edges;
-};
-
-namespace detail {
-/// Vertices of a polygon as numbers that sort by y, then x: y, x and vertex in 20, 20 and 24 bits.
-inline std::uint64_t polygon_event(lattice_point p, std::size_t vertex) {
-    constexpr std::int32_t offset = 1 << 19;
-    return static_cast<std::uint64_t>(p.y + offset) << 44 | static_cast<std::uint64_t>(p.x + offset) << 24 | vertex;
-}
-}  // namespace detail
-
 /// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
 struct triangulation {
     buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
     buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
 };
 
-/// Triangulates polygons. Keep one to reuse its memory.
-class triangulator {
-public:
-    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
-    /// one, says where; `result` is of no use then.
-    std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
+namespace detail {
 
-private:
-    /// A vertex of a chain that waits for triangles. From left to right the interior lies below the chain, and every vertex but
-    /// the ends is straight or reflex, else it would have been cut off.
-    struct node {
-        lattice_point at;
-        std::int32_t vertex, previous, next;
-        std::int32_t link;  ///< of the edge to the next vertex: index into open_sides_, or -1 for an edge of a polygon's chain
-    };
-    /// An edge that crosses the sweep line, and the part of the interior to its right.
-    struct active_edge {
-        lattice_point upper, lower;
-        std::int32_t upper_vertex, lower_vertex;
-        std::int32_t edge;  ///< the vertex at which it begins
-        bool interior_left, interior_right;
-        std::int32_t head, tail, lowest;  ///< the chain of the part to the right; only if interior_right
-    };
-    struct chain {
-        std::int32_t head, tail, lowest;
-    };
+/// The order of the sweep: from top to bottom, then from left to right.
+inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
 
-    static bool same(lattice_point a, lattice_point b) { return a.x == b.x && a.y == b.y; }
-    static bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
-    /// Positive if a, b, c turn right on screen.
-    static std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
-        return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
-    }
-    static bool is_right_of(lattice_point p, const active_edge& e) { return turn(e.upper, e.lower, p) < 0; }
-
-    std::int32_t add_node(std::int32_t vertex, lattice_point at) {
-        nodes_.push_back({at, vertex, -1, -1, -1});
-        return static_cast<std::int32_t>(nodes_.size()) - 1;
-    }
-    node& at(std::int32_t i) { return nodes_[i]; }
-    void join(std::int32_t a, std::int32_t b, std::int32_t link) { at(a).next = b, at(b).previous = a, at(a).link = link; }
-    std::int32_t add_link(std::int32_t half_edge) {
-        open_sides_.push_back(half_edge);
-        return static_cast<std::int32_t>(open_sides_.size()) - 1;
-    }
-    /// Says that `half_edge` lies along an edge, for the second triangle there to find.
-    void attach(std::int32_t link, std::int32_t half_edge, triangulation& result);
-
-    /// Appends `p` to the right end of a chain, over an edge known by `link`, and cuts off what became convex.
-    void append(chain& c, std::int32_t p, std::int32_t link, triangulation& result);
-    /// Puts `p` before the left end.
-    void prepend(chain& c, std::int32_t p, std::int32_t link, triangulation& result);
-
-    void collect_events(const polygon& shape);
-    std::optional<polygon_conflict> sweep_point(const polygon& shape, std::size_t first, std::size_t last, triangulation& result);
-    polygon_conflict conflict_at(const polygon& shape, std::size_t first, std::size_t last, std::size_t place) const;
-    void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
-
-    buffer<std::uint64_t> events_;  ///< vertices by y, then x
-    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
-    buffer<node> nodes_;
-    buffer<std::int32_t> open_sides_;  ///< for each inner edge the half-edge on its first side, or -1
-    buffer<active_edge> status_;       ///< edges that cross the sweep line, from left to right
-    buffer<active_edge> starting_;     ///< edges that begin at the point being swept, from left to right
-};
-
-inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
-    LDI_ASSERT(shape.next.size() == shape.points.size());
-    collect_events(shape);
-    nodes_.clear(), open_sides_.clear(), status_.clear();
-    result.triangles.clear(), result.mates.clear();
-    for (std::size_t first = 0; first < events_.size();) {
-        std::size_t last = first + 1;
-        while (last < events_.size() && (events_[last] >> 24) == (events_[first] >> 24)) ++last;
-        if (std::optional<polygon_conflict> conflict = sweep_point(shape, first, last, result)) return conflict;
-        first = last;
-    }
-    return std::nullopt;
+/// Positive if a, b, c turn right on screen.
+inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
+    return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
 }
 
-inline void triangulator::attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
-    if (link < 0) return;
-    std::int32_t& other = open_sides_[link];
-    if (other < 0) {
-        other = half_edge;
-    } else {
-        result.mates[other] = half_edge;
-        result.mates[half_edge] = other;
-    }
+/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
+    constexpr std::int32_t offset = 1 << 19;
+    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    return static_cast<std::uint64_t>(event);
 }
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
 
-inline void triangulator::append(chain& c, std::int32_t p, std::int32_t link, triangulation& result) {
-    std::int32_t a = c.tail;
-    while (a != c.head) {
-        const std::int32_t b = at(a).previous;
-        if (turn(at(b).at, at(a).at, at(p).at) <= 0) break;
-        const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
-        for (std::int32_t i : {b, p, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.resize(result.mates.size() + 3, -1);
-        attach(link, half_edge + 1, result);
-        attach(at(b).link, half_edge + 2, result);
-        link = add_link(half_edge);
-        a = b;
-    }
-    join(a, p, link);
-    c.tail = c.lowest = p;
-}
-
-inline void triangulator::prepend(chain& c, std::int32_t p, std::int32_t link, triangulation& result) {
-    std::int32_t a = c.head;
-    while (a != c.tail) {
-        const std::int32_t b = at(a).next;
-        if (turn(at(p).at, at(a).at, at(b).at) <= 0) break;
-        const std::int32_t half_edge = static_cast<std::int32_t>(result.triangles.size());
-        for (std::int32_t i : {p, b, a}) result.triangles.push_back(static_cast<std::uint32_t>(at(i).vertex));
-        result.mates.resize(result.mates.size() + 3, -1);
-        attach(at(a).link, half_edge + 1, result);
-        attach(link, half_edge + 2, result);
-        link = add_link(half_edge);
-        a = b;
-    }
-    join(p, a, link);
-    c.head = c.lowest = p;
-}
-
-inline void triangulator::collect_events(const polygon& shape) {
-    const std::size_t count = shape.points.size();
-    LDI_ASSERT(count <= std::size_t{1} << 24);
-    events_.resize(count), before_.assign(count, -1);
-    for (std::size_t v = 0; v < count; ++v) {
-        events_[v] = detail::polygon_event(shape.points[v], v);
-        if (shape.next[v] >= 0) before_[shape.next[v]] = static_cast<std::int32_t>(v);
-    }
-    std::sort(events_.begin(), events_.end());
-}
-
-/// Files the edge from -> to under the edges that begin here if `from` or `to` is its upper end.
-inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
-    const lattice_point a = shape.points[from], b = shape.points[to];
-    const bool downwards = above(a, b), inner = from >= shape.outline_count;
-    active_edge e{downwards ? a : b,
-                  downwards ? b : a,
-                  downwards ? from : to,
-                  downwards ? to : from,
-                  from,
-                  inner || downwards,
-                  inner || !downwards,
-                  -1,
-                  -1,
-                  -1};
-    // Of two edges that lie on each other, the one with the interior on its left goes left: the part between them is empty
-    // outside.
-    const auto left_of = [](const active_edge& f, const active_edge& g) {
-        const std::int64_t t = turn(f.lower, f.upper, g.lower);
-        return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
-    };
-    std::size_t place = starting_.size();
-    while (place > 0 && left_of(e, starting_[place - 1])) --place;
-    starting_.insert(starting_.begin() + static_cast<std::ptrdiff_t>(place), e);
-}
-
-/// All edges that meet at a point, those that pass it next to `place` in the status, and those next to where its edges really
-/// are.
-inline polygon_conflict triangulator::conflict_at(const polygon& shape, std::size_t first, std::size_t last,
-                                                  std::size_t place) const {
-    polygon_conflict conflict;
-    const auto add = [&](std::int32_t vertex) {
-        if (vertex >= 0 && shape.next[vertex] >= 0) conflict.edges.push_back(vertex);
-    };
-    const lattice_point p = shape.points[events_[first] & 0xFFFFFF];
-    for (std::size_t event = first; event < last; ++event) {
-        const std::int32_t v = static_cast<std::int32_t>(events_[event] & 0xFFFFFF);
-        add(v), add(before_[v]);
-    }
-    for (std::size_t i = 0; i < status_.size(); ++i)
-        if (i == place || i + 1 == place || same(status_[i].lower, p) || (i > 0 && same(status_[i - 1].lower, p)) ||
-            (i + 1 < status_.size() && same(status_[i + 1].lower, p)))
-            add(status_[i].edge);
-    return conflict;
-}
-
-inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, std::size_t first_event,
-                                                                 std::size_t last_event, triangulation& result) {
-    const auto vertex_of = [&](std::size_t event) { return static_cast<std::int32_t>(events_[event] & 0xFFFFFF); };
-    const lattice_point p = shape.points[vertex_of(first_event)];
-
-    std::size_t ending = 0;
-    starting_.clear();
-    for (std::size_t event = first_event; event < last_event; ++event) {
-        const std::int32_t v = vertex_of(event);
-        bool has_edge = false;
-        for (const auto& [from, to] : {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
-            if (from < 0 || to < 0) continue;
-            has_edge = true;
-            const lattice_point other = shape.points[from == v ? to : from];
-            if (same(p, other)) return polygon_conflict{{from}};
-            if (above(other, p))
-                ++ending;
-            else
-                start_edge(shape, from, to);
-        }
-        if (!has_edge && last_event - first_event > 1) return conflict_at(shape, first_event, last_event, 0);
-    }
-
-    // The edges that end here stand side by side in the status, between one that passes on the left and one on the right.
-    const std::size_t s = static_cast<std::size_t>(
-        std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p, e); }) -
-        status_.begin());
-    std::size_t t = s;
-    while (t < status_.size() && same(status_[t].lower, p)) ++t;
-    const auto conflict_here = [&] { return conflict_at(shape, first_event, last_event, s); };
-    if (t - s != ending || (t < status_.size() && turn(status_[t].upper, status_[t].lower, p) <= 0)) return conflict_here();
-
-    // Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
-    // interior at this point must be one vertex.
-    const bool interior_left = s > 0 && status_[s - 1].interior_right;
-    const bool interior_right = t < status_.size() && status_[t].interior_left;
-    bool interior = interior_left;
-    for (const active_edge& e : starting_) {
-        if (e.interior_left != interior) return conflict_here();
-        interior = e.interior_right;
-    }
-    if (interior != interior_right) return conflict_here();
-    for (std::size_t i = 1; i < starting_.size(); ++i) {
-        const active_edge &a = starting_[i - 1], &b = starting_[i];
-        if (a.interior_right && (a.upper_vertex != b.upper_vertex || turn(a.lower, a.upper, b.lower) == 0))
-            return conflict_here();
-        if (!a.interior_right && turn(a.lower, a.upper, b.lower) == 0 && !same(a.lower, b.lower)) return conflict_here();
-    }
-
-    // The parts that end here.
-    for (std::size_t i = s; i + 1 < t; ++i) {
-        if (!status_[i].interior_right) continue;
-        if (status_[i].lower_vertex != status_[i + 1].lower_vertex) return conflict_here();
-        chain c{status_[i].head, status_[i].tail, status_[i].lowest};
-        append(c, add_node(status_[i].lower_vertex, p), -1, result);
-        if (at(c.tail).previous != c.head) return conflict_here();
-    }
-
-    // The parts to the left and right, which go on below or, where no edge begins, become one.
-    const std::int32_t left_vertex = t > s               ? status_[s].lower_vertex
-                                     : starting_.empty() ? vertex_of(first_event)
-                                                         : starting_.front().upper_vertex;
-    const std::int32_t right_vertex = t > s               ? status_[t - 1].lower_vertex
-                                      : starting_.empty() ? left_vertex
-                                                          : starting_.back().upper_vertex;
-    chain left{-1, -1, -1}, right{-1, -1, -1};
-    std::int32_t diagonal = -1;
-    if (s == t) {
-        if (interior_left) {
-            // Inside a part: the last vertex that was added to its chain sees this one.
-            if (left_vertex != right_vertex) return conflict_here();
-            const active_edge& e = status_[s - 1];
-            const std::int32_t seen = e.lowest, copy = add_node(at(seen).vertex, at(seen).at);
-            left = {e.head, seen, seen};
-            right = {copy, seen == e.tail ? copy : e.tail, copy};
-            if (seen != e.tail) join(copy, at(seen).next, at(seen).link);
-            diagonal = add_link(-1);
-        } else if (starting_.empty()) {
-            return conflict_here();
-        }
-    } else {
-        if (interior_left) left = {status_[s - 1].head, status_[s - 1].tail, status_[s - 1].lowest};
-        if (interior_right) right = {status_[t - 1].head, status_[t - 1].tail, status_[t - 1].lowest};
-    }
-    if (interior_left) {
-        if (!starting_.empty() && starting_.front().upper_vertex != left_vertex) return conflict_here();
-        append(left, add_node(left_vertex, p), diagonal, result);
-    }
-    if (interior_right) {
-        if (!starting_.empty() && starting_.back().upper_vertex != right_vertex) return conflict_here();
-        prepend(right, add_node(right_vertex, p), diagonal, result);
-    }
-    if (starting_.empty()) {
-        if (interior_left) {
-            if (left_vertex != right_vertex) return conflict_here();
-            // One vertex ends the left chain and begins the right one.
-            join(left.tail, at(right.head).next, at(right.head).link);
-            left.tail = right.tail;
-        }
-    } else {
-        for (std::size_t i = 0; i + 1 < starting_.size(); ++i) {
-            active_edge& e = starting_[i];
-            if (e.interior_right) e.head = e.tail = e.lowest = add_node(e.upper_vertex, p);
-        }
-        active_edge& e = starting_.back();
-        if (interior_right) e.head = right.head, e.tail = right.tail, e.lowest = right.lowest;
-    }
-    if (interior_left) {
-        active_edge& e = status_[s - 1];
-        e.head = left.head, e.tail = left.tail, e.lowest = left.lowest;
-    }
-
-    const std::size_t replaced = (std::min)(t - s, starting_.size());
-    std::copy(starting_.begin(), starting_.begin() + static_cast<std::ptrdiff_t>(replaced),
-              status_.begin() + static_cast<std::ptrdiff_t>(s));
-    const auto place = status_.begin() + static_cast<std::ptrdiff_t>(s + replaced);
-    if (t - s > replaced)
-        status_.erase(place, status_.begin() + static_cast<std::ptrdiff_t>(t));
-    else
-        status_.insert(place, starting_.begin() + static_cast<std::ptrdiff_t>(replaced), starting_.end());
-    return std::nullopt;
-}
+}  // namespace detail
 
 }  // namespace ldi
 
 // ---- ldi/mesh/detail/crossings.hpp
 // Finds where a polygon's outline crosses or touches itself, all places at once.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
@@ -12752,7 +13368,7 @@ public:
         for (std::size_t i = 0; i < events_.size(); ++i) {
             const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
-            for (std::size_t j = i + 1; j < events_.size() && (events_[j] >> 24) == (events_[i] >> 24); ++j)
+            for (std::size_t j = i + 1; j < events_.size() && at_same_point(events_[j], events_[i]); ++j)
                 compare_visits(v, vertex_of(events_[j]), report);
             if (!above(point(next(v)), point(v))) enter(make_edge(v), report);
             if (above(point(v), point(u))) enter(make_edge(u), report);
@@ -12761,22 +13377,21 @@ public:
 
     /// The same for edges with fresh[v] != 0 against all others.
     template <class Report>
-    void find_fresh(const polygon& shape, std::span<const std::uint8_t> fresh, Report& report) {
+    void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         assign(shape);
         const std::int32_t count = shape.outline_count;
         edges_.clear();
         for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
         for (std::int32_t v = 0; v < count; ++v) {
-            if (fresh[static_cast<std::size_t>(v)] == 0) continue;
+            if (fresh[v] == 0) continue;
             const edge& e = edges_[v];
             for (const edge& f : edges_)
                 if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
                     if (collide(e, f)) report.collision(v, f.vertex);
             for (std::int32_t end : {v, next(v)}) {
                 check_visit(end, report);
-                const std::uint64_t here = events_[end] >> 24;
                 for (std::int32_t w = 0; w < count; ++w)
-                    if (events_[w] >> 24 == here && w != end) compare_visits(end, w, report);
+                    if (w != end && at_same_point(events_[w], events_[end])) compare_visits(end, w, report);
             }
         }
     }
@@ -12794,19 +13409,15 @@ private:
         lattice_point at, from, to;
     };
 
-    static std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-    static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
-    static bool above(lattice_point p, lattice_point q) { return p.y != q.y ? p.y < q.y : p.x < q.x; }
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
     std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
     void assign(const polygon& shape) {
         shape_ = &shape;
-        const std::size_t count = static_cast<std::size_t>(shape.outline_count);
-        before_.resize(count), events_.resize(count);
-        for (std::size_t v = 0; v < count; ++v) {
-            before_[shape.next[v]] = static_cast<std::int32_t>(v);
-            events_[v] = polygon_event(shape.points[v], v);
+        events_.clear(), before_.resize(shape.points.size());
+        for (std::int32_t v = 0; v < shape.outline_count; ++v) {
+            events_.push_back(polygon_event(shape.points[v], v));
+            before_[shape.next[v]] = v;
         }
     }
 
@@ -12833,7 +13444,7 @@ private:
     template <class Report>
     void check_visit(std::int32_t v, Report& report) const {
         const std::int32_t u = before_[v];
-        if (same(point(u), point(next(v))) || same(point(v), point(next(v)))) report.spike(v);
+        if (point(u) == point(next(v)) || point(v) == point(next(v))) report.spike(v);
     }
 
     template <class Report>
@@ -12843,7 +13454,7 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t turn(lattice_point center, lattice_point a, lattice_point b) {
+    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
     }
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
@@ -12851,14 +13462,14 @@ private:
     }
     /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
     static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
+        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
         if (whole < 0) return !(a <= 0 && b <= 0);
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
     static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
+        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
@@ -12872,7 +13483,7 @@ private:
         return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
     }
     static bool touches(const edge& e, lattice_point p, int side_of_p) {
-        return side_of_p == 0 && in_box(e, p) && !same(p, e.a) && !same(p, e.b);
+        return side_of_p == 0 && in_box(e, p) && p != e.a && p != e.b;
     }
 
     static bool collide(const edge& e, const edge& f) {
@@ -12893,7 +13504,7 @@ private:
 // Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
 // which disparity would be interpolated between vertices that have nothing to do with each other.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
@@ -12901,23 +13512,23 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 
 namespace detail {
 
-constexpr std::size_t next_half_edge(std::size_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 /// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
-inline void flip(triangulation& t, std::size_t h) {
-    const std::size_t m = static_cast<std::size_t>(t.mates[h]);
-    const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+inline void flip(triangulation& t, std::int32_t h) {
+    const std::int32_t m = t.mates[h];
+    const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
     // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
     t.triangles[h1] = t.triangles[m2];
     t.triangles[m1] = t.triangles[h2];
-    const auto connect = [&](std::size_t from, std::int32_t to) {
+    const auto connect = [&](std::int32_t from, std::int32_t to) {
         t.mates[from] = to;
-        if (to >= 0) t.mates[to] = static_cast<std::int32_t>(from);
+        if (to >= 0) t.mates[to] = from;
     };
     const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
     connect(h, beyond_ad);
     connect(m, beyond_bc);
-    connect(h1, static_cast<std::int32_t>(m1));
+    connect(h1, m1);
 }
 
 }  // namespace detail
@@ -12925,20 +13536,21 @@ inline void flip(triangulation& t, std::size_t h) {
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
     stack.clear();
-    for (std::size_t h = 0; h < t.mates.size(); ++h)
-        if (t.mates[h] > static_cast<std::int32_t>(h)) stack.push_back(static_cast<std::int32_t>(h));
+    for (std::int32_t h = 0; h < t.mates.count(); ++h)
+        if (t.mates[h] > h) stack.push_back(h);
     std::int32_t extent = 1;
     for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    std::size_t flips_left = 64 * t.triangles.size();  // flips with shifted angles are not sure to end by themselves
+    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
-        const std::size_t h = static_cast<std::size_t>(stack.back());
+        const std::int32_t h = stack.back();
         stack.pop_back();
         if (t.mates[h] < 0) continue;
-        const std::size_t m = static_cast<std::size_t>(t.mates[h]);
-        const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+        const std::int32_t m = t.mates[h];
+        const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
         const lattice_point a = points[t.triangles[h]], b = points[t.triangles[h1]], c = points[t.triangles[h2]],
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
@@ -12949,13 +13561,10 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
         if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
         // Only a strictly convex quadrilateral has another diagonal.
-        const auto turn = [](lattice_point p, lattice_point q, lattice_point r) {
-            return std::int64_t{q.x - p.x} * (r.y - q.y) - std::int64_t{q.y - p.y} * (r.x - q.x);
-        };
-        if (turn(c, a, d) >= 0 || turn(d, b, c) >= 0) continue;
+        if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
         detail::flip(t, h);
         --flips_left;
-        for (std::size_t side : {h, h2, m, m2}) stack.push_back(static_cast<std::int32_t>(side));
+        for (std::int32_t side : {h, h2, m, m2}) stack.push_back(side);
     }
 }
 
@@ -12966,7 +13575,7 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 // from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
 // its boundary.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 constexpr int clockwise(int s) { return (s + 1) & 3; }
 constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
@@ -12975,17 +13584,21 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
+/// The lattice point of corner c of a pixel.
+inline std::int32_t corner_x(const graph& g, std::int32_t pixel, int c) { return g.x[pixel] + (c == 1 || c == 2 ? 1 : 0); }
+inline std::int32_t corner_y(const graph& g, std::int32_t pixel, int c) { return g.y[pixel] + (c >= 2 ? 1 : 0); }
+
 /// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
 inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
     const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches go without a branch a
-    // pixel.
+    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
+    // branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -13021,6 +13634,21 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const 
     return sides;
 }
 
+/// The pixels with a boundary side, ascending. Most pixels have none, so they are looked at by eights.
+inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
+    buffer<std::int32_t> pixels;
+    pixels.reserve(sides.size() / 16);
+    for (std::int32_t i = 0; i < sides.count(); ++i) {
+        std::uint64_t eight = 1;
+        if (sides.count() - i >= 8) std::memcpy(&eight, sides.data() + i, sizeof eight);
+        if (eight == 0)
+            i += 7;
+        else if (sides[i] != 0)
+            pixels.push_back(i);
+    }
+    return pixels;
+}
+
 /// One side of one pixel: a step of a boundary.
 struct pixel_side {
     std::int32_t pixel;
@@ -13041,7 +13669,7 @@ public:
     boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
         : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
 
-    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[s][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
     pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
@@ -13101,7 +13729,7 @@ public:
 
 private:
     const std::uint8_t* sides_;
-    std::array<const std::int32_t*, 4> links_;
+    const std::int32_t* links_[4];
 };
 
 }  // namespace ldi::detail
@@ -13110,9 +13738,9 @@ private:
 // The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
 // "meshing" a), cut into pieces that neighboring charts share.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What lies beyond a silhouette or the border of the photo.
+/// Stands for the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
@@ -13163,20 +13791,11 @@ namespace detail {
 class outline_tracer {
 public:
     outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
-        : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
+        : g_(g), disparity_(disparity.data()), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
         buffer<std::uint8_t>& sides = result_.boundary_sides;
-        buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
-        boundary_pixels.reserve(sides.size() / 16);
-        for (std::size_t i = 0; i < sides.size(); ++i) {
-            std::uint64_t eight = 1;
-            if (i + sizeof eight <= sides.size()) std::memcpy(&eight, sides.data() + i, sizeof eight);
-            if (eight == 0)
-                i += sizeof eight - 1;
-            else if (sides[i] != 0)
-                boundary_pixels.push_back(static_cast<std::int32_t>(i));
-        }
+        const buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
         result_.corners.reserve(boundary_pixels.size());
         for (std::int32_t pixel : boundary_pixels)
             for (int s = 0; s < 4; ++s)
@@ -13189,53 +13808,21 @@ public:
                   [](const junction& a, const junction& b) { return a.key != b.key ? a.key < b.key : a.slot < b.slot; });
         for (std::size_t j = 0; j < junctions_.size(); ++j) {
             if (j == 0 || junctions_[j].key != junctions_[j - 1].key) result_.corners.push_back(junctions_[j].corner);
-            const std::int32_t id = static_cast<std::int32_t>(result_.corners.size()) - 1;
+            const std::int32_t id = result_.corners.count() - 1;
             boundary_piece& piece = result_.pieces[junctions_[j].slot / 2];
             (junctions_[j].slot % 2 == 0 ? piece.start : piece.end) = id;
         }
     }
 
     void assemble_loops(std::size_t chart_count) {
-        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
-        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
-        first_sides.reserve(2 * ends_.size());
-        for (std::size_t p = 0; p < ends_.size(); ++p) {
-            const std::int32_t half = static_cast<std::int32_t>(2 * p);
-            first_sides.emplace_back(key(ends_[p].first), half);
-            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), half + 1);
-        }
-        std::sort(first_sides.begin(), first_sides.end());
-        const auto successor = [&](std::int32_t half) {
-            const piece_ends& e = ends_[half / 2];
-            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
-            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
-        };
-
-        struct loop {
-            std::int32_t chart, first, count;
-        };
         buffer<loop> loops;
         buffer<outline_step> steps;
-        buffer<std::uint8_t> used(2 * ends_.size(), 0);
-        for (const auto& [side, first_half] : first_sides) {
-            if (used[first_half]) continue;
-            const boundary_piece& piece = result_.pieces[first_half / 2];
-            loops.push_back(
-                {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
-            std::int32_t half = first_half;
-            do {
-                used[half] = 1;
-                steps.push_back({half / 2, half % 2 != 0});
-                half = successor(half);
-            } while (half != first_half);
-            loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
-        }
-
+        find_loops(loops, steps);
         stable_sort(loops, [](const loop& a, const loop& b) { return a.chart < b.chart; });
         result_.first_loop.assign(chart_count + 1, 0);
         result_.steps.reserve(steps.size());
         for (const loop& l : loops) {
-            result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+            result_.first_step.push_back(result_.steps.count());
             std::int64_t area = 0;
             for (std::int32_t s = l.first; s < l.first + l.count; ++s) {
                 const outline_step step = steps[s];
@@ -13244,9 +13831,9 @@ public:
                 result_.steps.push_back(step);
             }
             result_.loop_area.push_back(area);
-            ++result_.first_loop[static_cast<std::size_t>(l.chart) + 1];
+            ++result_.first_loop[l.chart + 1];
         }
-        result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+        result_.first_step.push_back(result_.steps.count());
         for (std::size_t c = 0; c < chart_count; ++c) result_.first_loop[c + 1] += result_.first_loop[c];
     }
 
@@ -13261,29 +13848,29 @@ private:
     };
     struct running_mean {
         float sum = 0, count = 0;
+        void add(float value) { sum += value, count += 1.0F; }
+        float value() const { return sum / count; }
+    };
+    struct loop {
+        std::int32_t chart, first, count;
     };
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
-    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0; }
-    void set_traced(pixel_side e) {
-        std::uint8_t& byte = result_.boundary_sides[e.pixel];
-        byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
-    }
+    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
+    void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
-    /// apart.
+    /// The chart across a boundary side, or else a negative number that tells silhouettes and the photo's four borders apart.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];
-        const std::size_t i = static_cast<std::size_t>(e.pixel);
-        const bool on_border = e.side == 0   ? g_.y[i] == 0
-                               : e.side == 1 ? g_.x[i] == g_.width - 1
-                               : e.side == 2 ? g_.y[i] == g_.height - 1
-                                             : g_.x[i] == 0;
+        const bool on_border = e.side == 0   ? g_.y[e.pixel] == 0
+                               : e.side == 1 ? g_.x[e.pixel] == g_.width - 1
+                               : e.side == 2 ? g_.y[e.pixel] == g_.height - 1
+                                             : g_.x[e.pixel] == 0;
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// What a piece adds to the area of a loop that runs through it forward: what lies to the left of it.
+    /// The part of a loop's area that a piece adds if the loop runs through it forward: all that lies to the left of it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
@@ -13296,25 +13883,49 @@ private:
         return area;
     }
 
+    /// The loops of all charts, in no particular order, each with its steps one after the other.
+    void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
+        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
+        first_sides.reserve(2 * ends_.size());
+        for (std::int32_t p = 0; p < ends_.count(); ++p) {
+            first_sides.emplace_back(key(ends_[p].first), 2 * p);
+            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), 2 * p + 1);
+        }
+        std::sort(first_sides.begin(), first_sides.end());
+        const auto successor = [&](std::int32_t half) {
+            const piece_ends& e = ends_[half / 2];
+            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
+            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
+        };
+        buffer<std::uint8_t> used(2 * ends_.size(), 0);
+        for (const auto& [side, first_half] : first_sides) {
+            if (used[first_half]) continue;
+            const boundary_piece& piece = result_.pieces[first_half / 2];
+            loops.push_back({first_half % 2 == 0 ? piece.right_chart : piece.left_chart, steps.count(), 0});
+            std::int32_t half = first_half;
+            do {
+                used[half] = 1;
+                steps.push_back({half / 2, half % 2 != 0});
+                half = successor(half);
+            } while (half != first_half);
+            loops.back().count = steps.count() - loops.back().first;
+        }
+    }
+
     void trace_piece(pixel_side seed) {
         const std::int32_t other = partner(seed);
-        const std::size_t seed_pixel = static_cast<std::size_t>(seed.pixel);
-        const auto corner_x = [&](int corner) { return g_.x[seed_pixel] + (corner == 1 || corner == 2 ? 1 : 0); };
-        const auto corner_y = [&](int corner) { return g_.y[seed_pixel] + (corner >= 2 ? 1 : 0); };
         const auto mark = [&](pixel_side e) {
             set_traced(e);
             if (other >= 0) set_traced(walk_.twin(e));
         };
         running_mean mean;
-        const auto visit = [&](std::int32_t pixel) {
-            mean.sum += disparity_[static_cast<std::size_t>(pixel)];
-            mean.count += 1.0F;
-        };
+        const auto visit = [&](std::int32_t pixel) { mean.add(disparity_[pixel]); };
 
         forward_.clear(), backward_.clear();
         bool closed = false;
         pixel_side last = seed;
-        std::int32_t x = corner_x(clockwise(seed.side)), y = corner_y(clockwise(seed.side));
+        std::int32_t x = corner_x(g_, seed.pixel, clockwise(seed.side)), y = corner_y(g_, seed.pixel, clockwise(seed.side));
         while (true) {
             mark(last);
             mean = {};
@@ -13322,7 +13933,7 @@ private:
             if (partner(following) != other) break;
             // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
-            forward_.push_back({x, y, mean.sum / mean.count});
+            forward_.push_back({x, y, mean.value()});
             last = following;
             if (last == seed) {
                 closed = true;
@@ -13331,13 +13942,13 @@ private:
             x += heading_x(last.side), y += heading_y(last.side);
         }
         pixel_side first = seed;
-        x = corner_x(seed.side), y = corner_y(seed.side);
+        x = corner_x(g_, seed.pixel, seed.side), y = corner_y(g_, seed.pixel, seed.side);
         while (!closed) {
             mean = {};
             const pixel_side preceding = walk_.previous(first, visit);
             if (partner(preceding) != other) break;
             if (other >= 0 && !(walk_.next(walk_.twin(first), visit) == walk_.twin(preceding))) break;
-            backward_.push_back({x, y, mean.sum / mean.count});
+            backward_.push_back({x, y, mean.value()});
             first = preceding;
             mark(first);
             x -= heading_x(first.side), y -= heading_y(first.side);
@@ -13348,13 +13959,13 @@ private:
     void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
         buffer<outline_corner>& corners = result_.corners;
         boundary_piece piece{chart_of_[seed.pixel], other < 0 ? no_chart : other, 0, 0, 0, 0};
-        piece.first_inner = static_cast<std::int32_t>(corners.size());
+        piece.first_inner = corners.count();
         corners.insert(corners.end(), std::reverse_iterator(backward_.end()), std::reverse_iterator(backward_.begin()));
         corners.insert(corners.end(), forward_.begin(), forward_.end());
         const std::size_t index = result_.pieces.size();
-        piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
+        piece.inner_count = corners.count() - piece.first_inner - (closed ? 1 : 0);
         if (closed) {
-            piece.start = piece.end = static_cast<std::int32_t>(corners.size()) - 1;
+            piece.start = piece.end = corners.count() - 1;
         } else {
             add_junction(first.pixel, first.side, 2 * index);
             add_junction(last.pixel, clockwise(last.side), 2 * index + 1);
@@ -13365,17 +13976,14 @@ private:
 
     void add_junction(std::int32_t pixel, int corner, std::size_t slot) {
         running_mean mean;
-        const pixel_corner first = walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) {
-            mean.sum += disparity_[static_cast<std::size_t>(member)];
-            mean.count += 1.0F;
-        });
-        const std::size_t i = static_cast<std::size_t>(pixel);
-        const std::int32_t x = g_.x[i] + (corner == 1 || corner == 2 ? 1 : 0), y = g_.y[i] + (corner >= 2 ? 1 : 0);
-        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, {x, y, mean.sum / mean.count}});
+        const pixel_corner first =
+            walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) { mean.add(disparity_[member]); });
+        const outline_corner at{corner_x(g_, pixel, corner), corner_y(g_, pixel, corner), mean.value()};
+        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, at});
     }
 
     const graph& g_;
-    std::span<const float> disparity_;
+    const float* disparity_;
     const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
     boundary_walker walk_;
@@ -13390,6 +13998,7 @@ inline chart_outlines trace_outlines(const graph& g, std::span<const float> disp
     LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
+    result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
     detail::outline_tracer tracer(g, disparity, charts, result);
     tracer.trace_pieces();
     tracer.unite_junctions();
@@ -13403,15 +14012,15 @@ inline chart_outlines trace_outlines(const graph& g, std::span<const float> disp
 // Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// How far, in pixels, a corner may lie from the simplified boundary. 0 only drops corners inside straight stretches.
+    /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
     float tolerance = 1.0F;
-    /// How far the disparity of a corner may be from that of the simplified boundary: a shared boundary bends where its surface
-    /// does.
+    /// Largest difference between the disparity of a corner and that of the simplified boundary: a shared boundary bends where
+    /// its surface does.
     float disparity_tolerance = 0.01F;
-    /// How far, in pixels, an edge may shift the texture along it when it is drawn (depth_range::texture_shift).
+    /// Largest shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -13434,7 +14043,7 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// What is left of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
+/// The rest of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
 /// split where a simplified outline would cross itself.
 class simplified_boundary {
 public:
@@ -13442,8 +14051,8 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const stretch& r = stretches_[piece];
-        return {kept_.data() + r.first, r.count};
+        const std::int32_t* const first = kept_.data() + stretches_[piece].first;
+        return {first, first + stretches_[piece].count};
     }
 
     /// The corners that an edge leaves out: all indices from `first` to before `second`.
@@ -13458,12 +14067,12 @@ public:
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
-        return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
+        return r.split == splits_ && fresh_[r.first + edge.index] != 0;
     }
 
 private:
     struct stretch {
-        std::size_t first, count;
+        std::int32_t first, count;
         std::int32_t split;  ///< number of the split that made it
     };
 
@@ -13480,27 +14089,27 @@ namespace detail {
 /// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
 /// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
 /// the texture too far is cut in the middle.
-inline void douglas_peucker(std::span<const outline_corner> points, const simplify_options& options, const depth_range& range,
+inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
-    stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
+    stack.assign(1, {0, points.count() - 1});
     while (!stack.empty()) {
         const auto [first, last] = stack.back();
         stack.pop_back();
         if (last - first < 2) continue;
-        const outline_corner a = points[static_cast<std::size_t>(first)], b = points[static_cast<std::size_t>(last)];
-        const float dx = static_cast<float>(b.x - a.x), dy = static_cast<float>(b.y - a.y), dd = b.disparity - a.disparity;
+        const outline_corner a = points[first], b = points[last];
+        const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), dd = b.disparity - a.disparity;
         const float squared_length = dx * dx + dy * dy;
         const float inverse_length = squared_length > 0 ? 1.0F / squared_length : 0.0F;
         float worst = 1.0F;
         std::int32_t split = -1;
         for (std::int32_t i = first + 1; i < last; ++i) {
-            const outline_corner& p = points[static_cast<std::size_t>(i)];
-            const float px = static_cast<float>(p.x - a.x), py = static_cast<float>(p.y - a.y);
+            const outline_corner& p = points[i];
+            const float px = nearest_float(p.x - a.x), py = nearest_float(p.y - a.y);
             const float along = std::clamp((px * dx + py * dy) * inverse_length, 0.0F, 1.0F);
             const float ex = (px - along * dx) * inverse_tolerance, ey = (py - along * dy) * inverse_tolerance;
             const float ed = (p.disparity - a.disparity - along * dd) * inverse_disparity_tolerance;
@@ -13535,28 +14144,29 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         points.insert(points.end(), inner, inner + p.inner_count);
         points.push_back(corner(p.end));
         detail::douglas_peucker(points, options, depths, keep, stack);
-        const std::size_t first = kept_.size();
+        const std::int32_t first = kept_.count();
         kept_.push_back(p.start);
         for (std::int32_t i = 0; i < p.inner_count; ++i)
-            if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
+            if (keep[i + 1] != 0) kept_.push_back(p.first_inner + i);
         kept_.push_back(p.end);
-        stretches_.push_back({first, kept_.size() - first, 0});
+        stretches_.push_back({first, kept_.count() - first, 0});
     }
     fresh_.assign(kept_.size(), 1);
 }
 
 inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
     const boundary_piece& p = outlines_.pieces[edge.piece];
-    const std::span<const std::int32_t> kept = corners(edge.piece);
-    const std::size_t i = static_cast<std::size_t>(edge.index);
-    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
+    const stretch& r = stretches_[edge.piece];
+    const std::int32_t* const kept = kept_.data() + r.first;
+    const std::int32_t i = edge.index;
+    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == r.count ? p.first_inner + p.inner_count : kept[i + 1]};
 }
 
 inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) const {
     const auto [first, last] = left_out(edge);
     LDI_ASSERT(first < last);
-    const std::size_t i = static_cast<std::size_t>(edge.index);
-    const outline_corner &a = corner(corners(edge.piece)[i]), &b = corner(corners(edge.piece)[i + 1]);
+    const std::int32_t at = stretches_[edge.piece].first + edge.index;
+    const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
     // Corners on the edge itself are all equally far; then the middle one is as good as any.
     std::int32_t farthest = first + (last - first) / 2;
@@ -13573,76 +14183,91 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
     ++splits_;
     for (std::size_t s = 0; s < splits.size();) {
         const std::int32_t piece = splits[s].edge.piece;
-        const std::size_t first_kept = kept_.size(), count = corners(piece).size();
-        for (std::size_t i = 0; i < count; ++i) {
-            kept_.push_back(corners(piece)[i]), fresh_.push_back(0);
-            const boundary_edge edge{piece, static_cast<std::int32_t>(i)};
+        const stretch before = stretches_[piece];
+        const std::int32_t first_kept = kept_.count();
+        for (std::int32_t i = 0; i < before.count; ++i) {
+            kept_.push_back(kept_[before.first + i]), fresh_.push_back(0);
+            const boundary_edge edge{piece, i};
             for (; s < splits.size() && splits[s].edge == edge; ++s) {
                 fresh_.back() = 1;
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        stretches_[piece] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[piece] = {first_kept, kept_.count() - first_kept, splits_};
     }
 }
 
 }  // namespace ldi
 
-// ---- ldi/mesh/studs.hpp
-// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
-//
-// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and their edges are kept by the
-// triangulation. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: evenly spaced
-// ones cost several times the error at the same number of triangles. Between the studs there are single vertices where disparity
-// bends along evenly spaced rows, for else everything upright and narrower than the distance between studs would be lost; they
-// reduce the error by a quarter at the same number of vertices. And no vertex lies near the outline; the sweep that triangulates
-// (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra ones.
+// ---- ldi/mesh/detail/outline_clearance.hpp
+// Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-struct stud_options {
-    /// The distance between studs, and between the rows with single vertices, that is aimed at, in pixels; at least 1.
-    std::int32_t spacing = 24;
-    /// How far disparity between two vertices along a stud or row may be from linear.
-    float disparity_tolerance = 0.006F;
-    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
-    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
-    std::int32_t clearance = 4;
-    /// How far, in pixels, triangles may shift the texture when it is drawn (depth_range::texture_shift). On slanted surfaces
-    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
-    float texture_tolerance = 0.5F;
+/// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
+class outline_clearance {
+public:
+    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
+    /// clearance  in pixels, 1 to 64
+    outline_clearance(const graph& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+        : g_(g), sides_(sides), clearance_(clearance) {}
+
+    /// Whether the chart ends above one of the pixels of the row within the clearance.
+    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+
+    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
+    /// clearance.
+    bool is_clear(std::int32_t pixel, int s) const {
+        for (std::int32_t row = 1;; ++row) {
+            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            for (std::int32_t i = first; i < last; ++i)
+                if ((sides_[i] & side_bit(1)) != 0) return false;
+            if (row == clearance_) return true;
+            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
+            pixel = (s == 0 ? g_.up : g_.down)[pixel];
+        }
+    }
+
+private:
+    /// The boundary sides of all pixels of the row within the clearance, in one byte.
+    std::uint8_t sides_around(std::int32_t pixel) const {
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = all & 0xFF;
+        for (; at != end; ++at) around |= *at;
+        return around;
+    }
+
+    const graph& g_;
+    const buffer<std::uint8_t>& sides_;
+    std::int32_t clearance_;
 };
 
-/// Studs of all charts.
-struct stud_set {
-    buffer<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
-    buffer<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
-    buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
-};
+}  // namespace ldi::detail
 
-/// Places the studs of all charts. `outlines` are those of the same charts. Raises invalid_option.
-stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts, const chart_outlines& outlines,
-                    const stud_options& options, const depth_range& range = {});
+// ---- ldi/mesh/detail/stud_lines.hpp
+// The lines along which studs and single vertices stand, and the places on a line that get a vertex: evenly spaced lines across a
+// chart, and the bends of disparity along one of them.
 
-namespace detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, for they are asked for at every row of a
-/// chart.
+/// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
 class even_lines {
 public:
-    even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing)
-        : first_(begin), line_from_(static_cast<std::size_t>(length) + 1) {
+    even_lines(std::int32_t begin, std::int32_t length, std::int32_t spacing) : first_(begin) {
         const std::int32_t count = (std::max)((length + spacing / 2) / spacing - 1, 0);
-        positions_.reserve(static_cast<std::size_t>(count));
         for (std::int32_t line = 1; line <= count; ++line) positions_.push_back(begin + line * length / (count + 1));
         std::int32_t line = 0;
         for (std::int32_t offset = 0; offset <= length; ++offset) {
             while (line < count && position(line) < begin + offset) ++line;
-            line_from_[offset] = line;
+            line_from_.push_back(line);
         }
     }
 
-    std::int32_t count() const { return static_cast<std::int32_t>(positions_.size()); }
+    std::int32_t count() const { return positions_.count(); }
     std::int32_t position(std::int32_t line) const { return positions_[line]; }
     /// The first line that does not lie before `at`, at most the end of the extent; count() if there is none.
     std::int32_t line_from(std::int32_t at) const { return line_from_[(std::max)(at - first_, 0)]; }
@@ -13662,17 +14287,16 @@ public:
     /// Calls found(i) for ascending indices i in [margin, size - margin). A stretch [first, last] without bends is cut in the
     /// middle if is_too_long(first, last).
     template <class TooLong, class Function>
-    void operator()(std::span<const float> profile, float tolerance, std::size_t margin, TooLong&& is_too_long,
-                    Function&& found) {
+    void operator()(const buffer<float>& profile, float tolerance, std::int32_t margin, TooLong&& is_too_long, Function&& found) {
         keep_.assign(profile.size(), 0);
-        stack_.assign(1, {0, profile.size() - 1});
+        stack_.assign(1, {0, profile.count() - 1});
         while (!stack_.empty()) {
             const auto [first, last] = stack_.back();
             stack_.pop_back();
-            const float slope = (profile[last] - profile[first]) / static_cast<float>(std::max<std::size_t>(last - first, 1));
+            const float slope = (profile[last] - profile[first]) / nearest_float((std::max)(last - first, 1));
             float worst = tolerance, expected = profile[first];
-            std::size_t split = 0;
-            for (std::size_t i = first + 1; i < last; ++i) {
+            std::int32_t split = 0;
+            for (std::int32_t i = first + 1; i < last; ++i) {
                 expected += slope;
                 const float error = std::abs(profile[i] - expected);
                 if (error > worst) worst = error, split = i;
@@ -13683,14 +14307,62 @@ public:
             stack_.emplace_back(first, split);
             stack_.emplace_back(split, last);
         }
-        for (std::size_t i = margin; i + margin < profile.size(); ++i)
+        for (std::int32_t i = margin; i < profile.count() - margin; ++i)
             if (keep_[i] != 0) found(i);
     }
 
 private:
     buffer<std::uint8_t> keep_;
-    buffer<std::pair<std::size_t, std::size_t>> stack_;
+    buffer<std::pair<std::int32_t, std::int32_t>> stack_;
 };
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/studs.hpp
+// Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
+//
+// As in the paper, studs stand as evenly as possible between the left and right end of a chart, and the triangulation keeps their
+// edges. Three things differ. Vertices are not evenly spaced but lie where disparity bends along the stud: with even spacing the
+// error is several times as large at the same number of triangles. Single vertices stand between the studs where disparity bends
+// along evenly spaced rows. Without them everything upright and narrower than the distance between studs would be lost; they
+// reduce the error by a quarter at the same number of vertices. Finally, no vertex lies near the outline: the sweep that
+// triangulates (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra
+// ones.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct stud_options {
+    /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
+    /// for accuracy, as the tolerance does; both were chosen by trial.
+    std::int32_t spacing = 24;
+    /// Largest error of disparity interpolated between two vertices along a stud or row.
+    float disparity_tolerance = 0.006F;
+    /// No vertex has a pixel of another chart or surface within this many pixels, so studs keep clear of simplified outlines; and
+    /// no single vertex lies this near to a stud. More than the tolerance of outlines; at most 64.
+    std::int32_t clearance = 4;
+    /// Largest shift of the texture over a triangle when it is drawn, in pixels (depth_range::texture_shift). On slanted surfaces
+    /// studs and their vertices stand closer for it, though not closer than twice the clearance.
+    float texture_tolerance = 0.5F;
+};
+
+/// Studs of all charts.
+struct stud_set {
+    buffer<outline_corner> vertices;    ///< stud by stud, from top to bottom; corners between four pixels of one chart
+    buffer<std::int32_t> first_vertex;  ///< stud s has vertices [first_vertex[s], first_vertex[s + 1]); one or more
+    buffer<std::int32_t> first_stud;    ///< chart c has studs [first_stud[c], first_stud[c + 1])
+};
+
+/// Places the studs of all charts.
+///
+/// layers    in canonical order
+/// charts    a partition of the pixels (make_charts)
+/// outlines  of these charts (trace_outlines)
+/// Raises invalid_option.
+template <has_columns<disparity_column> Layers>
+stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options = {});
+
+namespace detail {
 
 /// Reads disparity along studs and rows in one pass over the rows of charts, in the order in which pixels lie in memory.
 class stud_sampler {
@@ -13702,197 +14374,596 @@ public:
         even_lines lines;
         std::size_t first_sample;
     };
+    /// A vertex between the studs.
+    struct single {
+        std::int32_t chart;
+        outline_corner vertex;
+    };
     buffer<columns> charts;
     buffer<float> samples;
     buffer<std::uint8_t> present;
-    buffer<std::pair<std::int32_t, outline_corner>> singles;  ///< chart and vertex
+    buffer<single> singles;
 
-    stud_sampler(const graph& g, std::span<const float> disparity, const chart_set& all, const chart_outlines& outlines,
-                 const stud_options& options, const depth_range& range)
-        : g_(g), disparity_(disparity), sides_(outlines.boundary_sides), clearance_(options.clearance) {
+    stud_sampler(const graph& g, const buffer<float>& disparity, const chart_outlines& outlines, const stud_options& options)
+        : g_(g),
+          disparity_(disparity),
+          outlines_(outlines),
+          sides_(outlines.boundary_sides),
+          options_(options),
+          clearance_(g, outlines.boundary_sides, options.clearance) {}
+
+    void sample(const chart_set& all, const depth_range& range) {
         std::size_t total = 0;
         buffer<even_lines> rows;
         for (const chart& c : all.charts) {
-            charts.push_back({even_lines(c.x, c.width, spacing_for(c, options, range)), total});
-            rows.emplace_back(c.y, c.height, options.spacing);
-            total += static_cast<std::size_t>(charts.back().lines.count()) * static_cast<std::size_t>(c.height);
+            charts.push_back({even_lines(c.x, c.width, spacing_for(c, range)), total});
+            rows.emplace_back(c.y, c.height, options_.spacing);
+            total += sample_offset(c, charts.back().lines.count(), 0);
         }
         samples.resize(total);
         present.assign(total, absent);
         std::int32_t begin = 0;
-        for (std::int32_t pixel : outlines.boundary_pixels) {
+        for (std::int32_t pixel : outlines_.boundary_pixels) {
             // A row of one chart: pixels begin to end - 1. In canonical order they lie side by side.
             const std::uint8_t at_pixel = sides_[pixel];
             if ((at_pixel & side_bit(3)) != 0) begin = pixel;
             if ((at_pixel & side_bit(1)) == 0) continue;
-            const std::int32_t end = pixel + 1;
-            if (end - begin < 2 * clearance_) continue;
-            const std::size_t c = static_cast<std::size_t>(all.chart_of[pixel]);
-            sample_columns(begin, end, all.charts[c], charts[c]);
-            if (rows[c].has_line_at(g.y[pixel]))
-                sample_row(begin, end, static_cast<std::int32_t>(c), charts[c].lines, options.disparity_tolerance);
+            const pixel_run row{begin, pixel + 1};
+            if (row.size() < 2 * options_.clearance) continue;
+            const std::int32_t c = all.chart_of[pixel];
+            sample_columns(row, all.charts[c], charts[c]);
+            if (rows[c].has_line_at(g_.y[pixel])) sample_row(row, c, charts[c].lines);
         }
+    }
+
+    /// The index of a sample: row `row` of column k, counted from the chart's first sample.
+    static std::size_t sample_offset(const chart& box, std::int32_t k, std::int32_t row) {
+        return static_cast<std::size_t>(std::int64_t{k} * box.height + row);
     }
 
 private:
-    /// The distance between studs at which nine tenths of the chart keep within the tolerance of the texture.
-    std::int32_t spacing_for(const chart& c, const stud_options& options, const depth_range& range) {
-        // Every so many pixels, the slope over so many: about a thousand samples tell as much as all.
-        const std::size_t stride = std::max<std::size_t>(61, c.pixels.size() / 1024), reach = 8;
+    /// The distance between studs at which drawing keeps nine tenths of the chart's texture within its tolerance. All of it would
+    /// let a single crease decide for the whole chart; the share was chosen by trial.
+    std::int32_t spacing_for(const chart& c, const depth_range& range) {
+        // About a thousand slopes tell as much as all: on 121 charts of 17 photos the spacing is off by 0.4 of 24 pixels on
+        // average, in an eighth of the time that 16,000 take. Each is taken over 8 pixels, at least 61 apart, by trial.
+        constexpr std::int32_t reach = 8;
+        const std::int32_t stride = (std::max)(61, c.pixels.count() / 1024);
         shifts_.clear();
-        const float spacing = static_cast<float>(options.spacing);
-        for (std::size_t i = 0; i + reach < c.pixels.size(); i += stride) {
-            const std::size_t a = static_cast<std::size_t>(c.pixels[i]), b = static_cast<std::size_t>(c.pixels[i + reach]);
-            if (b != a + reach || g_.y[a] != g_.y[b] || g_.x[b] != g_.x[a] + static_cast<std::int32_t>(reach)) continue;
-            shifts_.push_back(range.texture_shift(spacing * spacing / static_cast<float>(reach), disparity_[a], disparity_[b]));
+        const float spacing = nearest_float(options_.spacing);
+        for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
+            const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
+            if (b != a + reach || g_.y[a] != g_.y[b] || g_.x[b] != g_.x[a] + reach) continue;
+            shifts_.push_back(range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]));
         }
-        if (shifts_.empty()) return options.spacing;
-        const auto rank = shifts_.begin() + static_cast<std::ptrdiff_t>(shifts_.size() * 9 / 10);
+        if (shifts_.empty()) return options_.spacing;
+        float* const rank = shifts_.begin() + shifts_.size() * 9 / 10;
         std::nth_element(shifts_.begin(), rank, shifts_.end());
-        if (*rank <= options.texture_tolerance) return options.spacing;
-        const std::int32_t closer = static_cast<std::int32_t>(spacing * std::sqrt(options.texture_tolerance / *rank));
-        return (std::min)((std::max)(closer, 2 * options.clearance), options.spacing);
+        if (*rank <= options_.texture_tolerance) return options_.spacing;
+        const std::int32_t closer = static_cast<std::int32_t>(spacing * std::sqrt(options_.texture_tolerance / *rank));
+        return (std::min)((std::max)(closer, 2 * options_.clearance), options_.spacing);
     }
 
-    void sample_columns(std::int32_t begin, std::int32_t end, const chart& box, const columns& target) {
-        const std::int32_t x = g_.x[begin], y = g_.y[begin];
-        for (std::int32_t k = target.lines.line_from(x + clearance_); k < target.lines.count(); ++k) {
+    void sample_columns(pixel_run row, const chart& box, const columns& target) {
+        const std::int32_t x = g_.x[row.first], y = g_.y[row.first];
+        for (std::int32_t k = target.lines.line_from(x + options_.clearance); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
-            if (at > x + (end - begin) - clearance_) break;
-            const std::int32_t pixel = begin + at - x;
-            const std::size_t sample = target.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(box.height) +
-                                       static_cast<std::size_t>(y - box.y);
+            if (at > x + row.size() - options_.clearance) break;
+            const std::int32_t pixel = row.first + at - x;
+            const std::size_t sample = target.first_sample + sample_offset(box, k, y - box.y);
             samples[sample] = between(pixel);
-            present[sample] = (sides_around(pixel) & side_bit(0)) != 0 ? begun : continued;
+            present[sample] = clearance_.ends_above(pixel) ? begun : continued;
         }
     }
 
-    void sample_row(std::int32_t begin, std::int32_t end, std::int32_t c, const even_lines& studs, float tolerance) {
-        profile_.assign(1, disparity_[static_cast<std::size_t>(begin)]);
-        for (std::int32_t i = begin + 1; i < end; ++i) profile_.push_back(between(i));
-        profile_.push_back(disparity_[static_cast<std::size_t>(end) - 1]);
-        const auto never = [](std::size_t, std::size_t) { return false; };
-        find_bends_(profile_, tolerance, static_cast<std::size_t>(clearance_), never, [&](std::size_t i) {
-            const std::int32_t pixel = begin + static_cast<std::int32_t>(i);
-            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance_);
-            if (stud < studs.count() && studs.position(stud) <= x + clearance_) return;
-            if ((sides_around(pixel) & side_bit(0)) != 0) return;
+    void sample_row(pixel_run row, std::int32_t c, const even_lines& studs) {
+        const std::int32_t clearance = options_.clearance;
+        profile_.assign(1, disparity_[row.first]);
+        for (std::int32_t i = row.first + 1; i < row.last; ++i) profile_.push_back(between(i));
+        profile_.push_back(disparity_[row.last - 1]);
+        const auto never = [](std::int32_t, std::int32_t) { return false; };
+        find_bends_(profile_, options_.disparity_tolerance, clearance, never, [&](std::int32_t i) {
+            const std::int32_t pixel = row.first + i;
+            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance);
+            if (stud < studs.count() && studs.position(stud) <= x + clearance) return;
+            if (clearance_.ends_above(pixel)) return;
             const std::int32_t above = g_.up[pixel];
-            if (!is_clear(pixel, 2) || !is_clear(above, 0)) return;
+            if (!clearance_.is_clear(pixel, 2) || !clearance_.is_clear(above, 0)) return;
             const float d = 0.5F * (between(pixel) + between(above));
-            singles.emplace_back(c, outline_corner{x, g_.y[pixel], d});
+            singles.push_back({c, {x, g_.y[pixel], d}});
         });
     }
 
     /// Disparity on the left side of a pixel that continues the row of the pixel before it.
-    float between(std::int32_t pixel) const {
-        return 0.5F * (disparity_[static_cast<std::size_t>(pixel) - 1] + disparity_[static_cast<std::size_t>(pixel)]);
+    float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
+
+    const graph& g_;
+    const buffer<float>& disparity_;
+    const chart_outlines& outlines_;
+    const buffer<std::uint8_t>& sides_;
+    const stud_options& options_;
+    outline_clearance clearance_;
+    buffer<float> profile_, shifts_;
+    bend_finder find_bends_;
+};
+
+/// Turns what was sampled into studs, chart by chart.
+class stud_placer {
+public:
+    stud_placer(const stud_sampler& sampled, const stud_options& options, const depth_range& range)
+        : sampled_(sampled), options_(options), range_(range) {
+        result_.first_vertex.push_back(0), result_.first_stud.push_back(0);
     }
 
-    /// The boundary sides of all pixels of a row within the clearance of a pixel's left side.
-    std::uint8_t sides_around(std::int32_t pixel) const {
-        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
-        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
-        std::uint64_t eight = 0, all = 0;
-        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
-        for (const int half : {32, 16, 8}) all |= all >> half;
-        std::uint8_t around = static_cast<std::uint8_t>(all);
-        for (; at != end; ++at) around = static_cast<std::uint8_t>(around | *at);
-        return around;
+    /// Places the studs of a chart, then its single vertices.
+    void place(const chart& box, const stud_sampler::columns& columns, std::span<const stud_sampler::single> singles) {
+        for (std::int32_t k = 0; k < columns.lines.count(); ++k) place_column(box, columns, k);
+        for (const stud_sampler::single& s : singles) {
+            result_.vertices.push_back(s.vertex);
+            end_stud();
+        }
+        result_.first_stud.push_back(result_.first_vertex.count() - 1);
     }
 
-    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
-    /// clearance.
-    bool is_clear(std::int32_t pixel, int s) const {
-        for (std::int32_t row = 1;; ++row) {
-            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
-            for (std::int32_t i = first; i < last; ++i)
-                if ((sides_[i] & side_bit(1)) != 0) return false;
-            if (row == clearance_) return true;
-            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up : g_.down)[pixel];
+    stud_set finish() { return std::move(result_); }
+
+private:
+    /// Connected rows of a column, for one stud. The rows of the columns to the left and right lie `height` samples away.
+    struct stretch {
+        const float* samples;
+        const std::uint8_t* present;
+        std::int32_t begin, end, height;
+        bool has_left, has_right;
+    };
+
+    void place_column(const chart& box, const stud_sampler::columns& columns, std::int32_t k) {
+        const std::size_t first = columns.first_sample + stud_sampler::sample_offset(box, k, 0);
+        stretch s{&sampled_.samples[first], &sampled_.present[first], 0, 0, box.height, k > 0, k + 1 < columns.lines.count()};
+        for (; s.begin < s.height; s.begin = s.end) {
+            s.end = s.begin + 1;
+            if (s.present[s.begin] == stud_sampler::absent) continue;
+            while (s.end < s.height && s.present[s.end] == stud_sampler::continued) ++s.end;
+            if (s.end - s.begin < 2 * options_.clearance) continue;
+            // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
+            profile_.assign(1, s.samples[s.begin]);
+            for (std::int32_t row = s.begin + 1; row < s.end; ++row)
+                profile_.push_back(0.5F * (s.samples[row - 1] + s.samples[row]));
+            profile_.push_back(s.samples[s.end - 1]);
+            const auto is_too_long = [&](std::int32_t a, std::int32_t b) {
+                return b - a >= 2 * options_.clearance && texture_shift(s, a, b) > options_.texture_tolerance;
+            };
+            find_bends_(profile_, options_.disparity_tolerance, options_.clearance, is_too_long, [&](std::int32_t i) {
+                result_.vertices.push_back({columns.lines.position(k), box.y + s.begin + i, profile_[i]});
+            });
+            end_stud();
         }
     }
 
-    const graph& g_;
-    std::span<const float> disparity_;
-    const buffer<std::uint8_t>& sides_;
-    std::int32_t clearance_;
-    buffer<float> profile_, shifts_;
+    /// The shift of the texture along the stud from one place of its profile to another, or, if larger, towards the columns to
+    /// the left and right from there.
+    float texture_shift(const stretch& s, std::int32_t a, std::int32_t b) const {
+        const float length = nearest_float(b - a);
+        float shift = range_.texture_shift(length, profile_[a], profile_[b]);
+        for (const std::int32_t i : {a, b}) {
+            const std::int32_t row = (std::min)(s.begin + i, s.end - 1);
+            const auto compare = [&](std::ptrdiff_t next) {
+                if (s.present[next] == stud_sampler::absent) return;
+                shift = (std::max)(shift, range_.texture_shift(length, s.samples[row], s.samples[next]));
+            };
+            if (s.has_left) compare(row - s.height);
+            if (s.has_right) compare(row + s.height);
+        }
+        return shift;
+    }
+
+    void end_stud() {
+        const std::int32_t end = result_.vertices.count();
+        if (end > result_.first_vertex.back()) result_.first_vertex.push_back(end);
+    }
+
+    const stud_sampler& sampled_;
+    const stud_options& options_;
+    const depth_range& range_;
+    stud_set result_;
+    buffer<float> profile_;
     bend_finder find_bends_;
 };
 
 }  // namespace detail
 
-inline stud_set make_studs(const graph& g, std::span<const float> disparity, const chart_set& charts,
-                           const chart_outlines& outlines, const stud_options& options, const depth_range& range) {
+template <has_columns<disparity_column> Layers>
+stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   std::to_string(options.disparity_tolerance) + ", " + std::to_string(options.texture_tolerance));
-    detail::stud_sampler sampled(g, disparity, charts, outlines, options, range);
-    stable_sort(sampled.singles, [](const auto& a, const auto& b) { return a.first < b.first; });
-    stud_set result;
-    result.first_vertex.push_back(0), result.first_stud.push_back(0);
-    const auto end_stud = [&] {
-        const std::int32_t end = static_cast<std::int32_t>(result.vertices.size());
-        if (end > result.first_vertex.back()) result.first_vertex.push_back(end);
-    };
-    buffer<float> profile;
-    detail::bend_finder find_bends;
-    auto single = sampled.singles.begin();
-    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
-        const detail::stud_sampler::columns& columns = sampled.charts[c];
-        const std::int32_t height = charts.charts[c].height, top = charts.charts[c].y;
-        for (std::int32_t k = 0; k < columns.lines.count(); ++k) {
-            const std::size_t first = columns.first_sample + static_cast<std::size_t>(k) * static_cast<std::size_t>(height);
-            const float* const samples = sampled.samples.data() + first;
-            const std::uint8_t* const present = sampled.present.data() + first;
-            for (std::int32_t begin = 0, end = 0; begin < height; begin = end) {
-                end = begin + 1;
-                if (present[begin] == detail::stud_sampler::absent) continue;
-                while (end < height && present[end] == detail::stud_sampler::continued) ++end;
-                if (end - begin < 2 * options.clearance) continue;
-                // Vertices lie between rows. The ends, near the outline, only serve to measure the others.
-                profile.assign(1, samples[begin]);
-                for (std::int32_t row = begin + 1; row < end; ++row) profile.push_back(0.5F * (samples[row - 1] + samples[row]));
-                profile.push_back(samples[end - 1]);
-                // The texture shifts along the stud, and on the way to the next stud where that is nearer or farther.
-                const std::size_t shortest = 2 * static_cast<std::size_t>(options.clearance);
-                const auto is_too_long = [&](std::size_t a, std::size_t b) {
-                    if (b - a < shortest) return false;
-                    const float length = static_cast<float>(b - a);
-                    float shift = range.texture_shift(length, profile[a], profile[b]);
-                    for (std::size_t i : {a, b}) {
-                        const std::size_t row =
-                            (std::min)(static_cast<std::size_t>(begin) + i, static_cast<std::size_t>(end) - 1);
-                        for (const std::ptrdiff_t to_next :
-                             {-static_cast<std::ptrdiff_t>(height), static_cast<std::ptrdiff_t>(height)}) {
-                            if (to_next < 0 ? k == 0 : k + 1 == columns.lines.count()) continue;
-                            const std::ptrdiff_t next = static_cast<std::ptrdiff_t>(row) + to_next;
-                            if (present[next] != detail::stud_sampler::absent)
-                                shift = (std::max)(shift, range.texture_shift(length, samples[row], samples[next]));
-                        }
-                    }
-                    return shift > options.texture_tolerance;
-                };
-                find_bends(profile, options.disparity_tolerance, static_cast<std::size_t>(options.clearance), is_too_long,
-                           [&](std::size_t i) {
-                               const std::int32_t y = top + begin + static_cast<std::int32_t>(i);
-                               result.vertices.push_back({columns.lines.position(k), y, profile[i]});
-                           });
-                end_stud();
-            }
-        }
-        for (; single != sampled.singles.end() && single->first == static_cast<std::int32_t>(c); ++single) {
-            result.vertices.push_back(single->second);
-            end_stud();
-        }
-        result.first_stud.push_back(static_cast<std::int32_t>(result.first_vertex.size()) - 1);
+    detail::stud_sampler sampler(layers.topology, layers.template column<disparity_column>(), outlines, options);
+    sampler.sample(charts, layers.range);
+    stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });
+    detail::stud_placer placer(sampler, options, layers.range);
+    const detail::stud_sampler::single* first = sampler.singles.begin();
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const detail::stud_sampler::single* last = first;
+        while (last != sampler.singles.end() && last->chart == c) ++last;
+        placer.place(charts.charts[c], sampler.charts[c], {first, last});
+        first = last;
     }
-    return result;
+    return placer.finish();
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/detail/waiting_chains.hpp
+// The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
+// Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
+// triangles that it can.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
+/// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
+struct waiting_chain {
+    std::int32_t head = -1, tail = -1;
+    std::int32_t lowest = -1;  ///< the node added last: what comes next below the chain sees it
+};
+
+/// The nodes of all chains, and the triangles cut off from them. Keep one to reuse its memory.
+class waiting_chains {
+public:
+    void clear() { nodes_.clear(), open_sides_.clear(); }
+
+    /// A chain of one vertex.
+    waiting_chain begin(std::int32_t vertex, lattice_point at) {
+        const std::int32_t only = add_node(vertex, at);
+        return {only, only, only};
+    }
+
+    /// A link: stands for an edge inside the polygon until both triangles beside it are known. Where links are asked for, an edge
+    /// of the polygon's chains has -1.
+    std::int32_t add_link() { return add_link(-1); }
+
+    /// Adds a vertex to the right end, over an edge known by `link`, and cuts off what became convex.
+    void append(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
+        const std::int32_t p = add_node(vertex, at);
+        std::int32_t a = chain.tail;
+        while (a != chain.head) {
+            const std::int32_t b = nodes_[a].previous;
+            if (turn(nodes_[b].at, nodes_[a].at, at) <= 0) break;
+            const std::int32_t half_edge = cut_off(b, p, a, result);
+            attach(link, half_edge + 1, result);
+            attach(nodes_[b].link, half_edge + 2, result);
+            link = add_link(half_edge);
+            a = b;
+        }
+        join(a, p, link);
+        chain.tail = chain.lowest = p;
+    }
+
+    /// The same at the left end.
+    void prepend(waiting_chain& chain, std::int32_t vertex, lattice_point at, std::int32_t link, triangulation& result) {
+        const std::int32_t p = add_node(vertex, at);
+        std::int32_t a = chain.head;
+        while (a != chain.tail) {
+            const std::int32_t b = nodes_[a].next;
+            if (turn(at, nodes_[a].at, nodes_[b].at) <= 0) break;
+            const std::int32_t half_edge = cut_off(p, b, a, result);
+            attach(nodes_[a].link, half_edge + 1, result);
+            attach(link, half_edge + 2, result);
+            link = add_link(half_edge);
+            a = b;
+        }
+        join(p, a, link);
+        chain.head = chain.lowest = p;
+    }
+
+    /// Divides a chain at its lowest vertex, which becomes the end of `chain` and, as a copy, the beginning of the chain
+    /// returned.
+    waiting_chain divide(waiting_chain& chain) {
+        const std::int32_t last = chain.lowest, end = chain.tail;
+        const std::int32_t copy = add_node(nodes_[last].vertex, nodes_[last].at);
+        if (last != end) join(copy, nodes_[last].next, nodes_[last].link);
+        chain.tail = last;
+        return {copy, last == end ? copy : end, copy};
+    }
+
+    /// Makes one chain of two, the last vertex of the first and the first vertex of the second being one.
+    void unite(waiting_chain& left, const waiting_chain& right) {
+        join(left.tail, nodes_[right.head].next, nodes_[right.head].link);
+        left.tail = right.tail;
+    }
+
+    /// Whether all of a chain has been cut off but its first and last vertex.
+    bool is_edge(const waiting_chain& chain) const { return nodes_[chain.tail].previous == chain.head; }
+
+private:
+    struct node {
+        lattice_point at;
+        std::int32_t vertex, previous, next;
+        std::int32_t link;  ///< of the edge to the next vertex
+    };
+
+    std::int32_t add_node(std::int32_t vertex, lattice_point at) {
+        nodes_.push_back({at, vertex, -1, -1, -1});
+        return nodes_.count() - 1;
+    }
+    void join(std::int32_t a, std::int32_t b, std::int32_t link) {
+        nodes_[a].next = b, nodes_[b].previous = a, nodes_[a].link = link;
+    }
+    std::int32_t add_link(std::int32_t half_edge) {
+        open_sides_.push_back(half_edge);
+        return open_sides_.count() - 1;
+    }
+
+    /// Adds a triangle and returns its first half-edge.
+    std::int32_t cut_off(std::int32_t a, std::int32_t b, std::int32_t c, triangulation& result) {
+        const std::int32_t half_edge = result.triangles.count();
+        for (std::int32_t i : {a, b, c}) result.triangles.push_back(static_cast<std::uint32_t>(nodes_[i].vertex));
+        result.mates.resize(result.mates.size() + 3, -1);
+        return half_edge;
+    }
+
+    /// Notes that `half_edge` lies along an edge, for the second triangle there to find.
+    void attach(std::int32_t link, std::int32_t half_edge, triangulation& result) {
+        if (link < 0) return;
+        std::int32_t& other = open_sides_[link];
+        if (other < 0) {
+            other = half_edge;
+        } else {
+            result.mates[other] = half_edge;
+            result.mates[half_edge] = other;
+        }
+    }
+
+    buffer<node> nodes_;
+    buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/triangulate.hpp
+// Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
+// al., Computational Geometry, chapter 3). One sweep from top to bottom both cuts the polygon into monotone parts and
+// triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
+// are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
+/// touch at a place where they must not.
+struct polygon_conflict {
+    buffer<std::int32_t> edges;
+};
+
+/// Triangulates polygons. Keep one to reuse its memory.
+class triangulator {
+public:
+    /// Every vertex is used, every edge of a chain is an edge of a triangle, no triangle is degenerate. If the polygon is not
+    /// one, says where; `result` is of no use then.
+    std::optional<polygon_conflict> operator()(const polygon& shape, triangulation& result);
+
+private:
+    /// An edge that crosses the sweep line, and the part of the interior to its right.
+    struct active_edge {
+        lattice_point upper, lower;
+        std::int32_t upper_vertex, lower_vertex;
+        std::int32_t edge;  ///< the vertex at which it begins
+        bool interior_left, interior_right;
+        detail::waiting_chain part{};  ///< of the part to the right; only if interior_right
+    };
+    /// A point that the sweep has reached. The edges that end there stand side by side in the status.
+    struct swept_point {
+        lattice_point at;
+        std::size_t first_event, last_event;       ///< its vertices: events_[first_event .. last_event)
+        std::size_t first_ending = 0, ending = 0;  ///< its edges: status_[first_ending .. first_ending + ending)
+        bool interior_left = false, interior_right = false;
+
+        std::size_t last_ending() const { return first_ending + ending; }
+    };
+
+    static bool is_right_of(lattice_point p, const active_edge& e) { return detail::turn(e.upper, e.lower, p) < 0; }
+
+    void collect_events(const polygon& shape);
+    std::optional<polygon_conflict> sweep_point(const polygon& shape, swept_point& p, triangulation& result);
+
+    // The steps of sweep_point. Each that returns a bool returns false if the polygon is in conflict with itself here.
+    std::optional<polygon_conflict> collect_edges(const polygon& shape, swept_point& p);
+    void start_edge(const polygon& shape, std::int32_t from, std::int32_t to);
+    bool find_ending_edges(swept_point& p) const;
+    bool interior_alternates(const swept_point& p) const;
+    bool end_parts(const swept_point& p, triangulation& result);
+    bool continue_parts(const swept_point& p, triangulation& result);
+    void replace_edges(const swept_point& p);
+    polygon_conflict conflict_at(const polygon& shape, const swept_point& p) const;
+
+    buffer<std::uint64_t> events_;  ///< vertices by y, then x
+    buffer<std::int32_t> before_;   ///< the vertex whose next is this one
+    detail::waiting_chains chains_;
+    buffer<active_edge> status_;    ///< edges that cross the sweep line, from left to right
+    buffer<active_edge> starting_;  ///< edges that begin at the point being swept, from left to right
+};
+
+inline std::optional<polygon_conflict> triangulator::operator()(const polygon& shape, triangulation& result) {
+    LDI_ASSERT(shape.next.size() == shape.points.size());
+    collect_events(shape);
+    chains_.clear(), status_.clear();
+    result.triangles.clear(), result.mates.clear();
+    for (std::size_t first = 0; first < events_.size();) {
+        swept_point p{shape.points[detail::vertex_of(events_[first])], first, first + 1};
+        while (p.last_event < events_.size() && detail::at_same_point(events_[p.last_event], events_[first])) ++p.last_event;
+        if (std::optional<polygon_conflict> conflict = sweep_point(shape, p, result)) return conflict;
+        first = p.last_event;
+    }
+    return std::nullopt;
+}
+
+inline void triangulator::collect_events(const polygon& shape) {
+    const std::int32_t count = shape.points.count();
+    LDI_ASSERT(count <= 1 << 24);
+    events_.clear(), before_.assign(shape.points.size(), -1);
+    for (std::int32_t v = 0; v < count; ++v) {
+        events_.push_back(detail::polygon_event(shape.points[v], v));
+        if (shape.next[v] >= 0) before_[shape.next[v]] = v;
+    }
+    std::sort(events_.begin(), events_.end());
+}
+
+inline std::optional<polygon_conflict> triangulator::sweep_point(const polygon& shape, swept_point& p, triangulation& result) {
+    if (std::optional<polygon_conflict> conflict = collect_edges(shape, p)) return conflict;
+    if (!find_ending_edges(p) || !interior_alternates(p) || !end_parts(p, result) || !continue_parts(p, result))
+        return conflict_at(shape, p);
+    replace_edges(p);
+    return std::nullopt;
+}
+
+/// Counts the edges that end here and files those that begin.
+inline std::optional<polygon_conflict> triangulator::collect_edges(const polygon& shape, swept_point& p) {
+    starting_.clear();
+    for (std::size_t event = p.first_event; event < p.last_event; ++event) {
+        const std::int32_t v = detail::vertex_of(events_[event]);
+        bool has_edge = false;
+        for (const auto& [from, to] : {std::pair{v, shape.next[v]}, std::pair{before_[v], v}}) {
+            if (from < 0 || to < 0) continue;
+            has_edge = true;
+            const lattice_point other = shape.points[from == v ? to : from];
+            if (p.at == other) return polygon_conflict{{from}};
+            if (detail::above(other, p.at))
+                ++p.ending;
+            else
+                start_edge(shape, from, to);
+        }
+        if (!has_edge && p.last_event - p.first_event > 1) return conflict_at(shape, p);
+    }
+    return std::nullopt;
+}
+
+/// Files the edge from -> to under the edges that begin at its upper end.
+inline void triangulator::start_edge(const polygon& shape, std::int32_t from, std::int32_t to) {
+    const lattice_point a = shape.points[from], b = shape.points[to];
+    const bool downwards = detail::above(a, b), inner = from >= shape.outline_count;
+    const active_edge e{downwards ? a : b,  downwards ? b : a,  downwards ? from : to, downwards ? to : from, from,
+                        inner || downwards, inner || !downwards};
+    // Of two edges that lie on each other, the one with the interior on its left goes left: the part between them is empty
+    // outside.
+    const auto left_of = [](const active_edge& f, const active_edge& g) {
+        const std::int64_t t = detail::turn(f.lower, f.upper, g.lower);
+        return t != 0 ? t > 0 : f.interior_left && !g.interior_left;
+    };
+    std::size_t place = starting_.size();
+    while (place > 0 && left_of(e, starting_[place - 1])) --place;
+    starting_.insert(starting_.begin() + place, e);
+}
+
+/// The edges that end here must be all those in the status between the one that passes on the left and the one on the right.
+inline bool triangulator::find_ending_edges(swept_point& p) const {
+    const active_edge* const first =
+        std::partition_point(status_.begin(), status_.end(), [&](const active_edge& e) { return is_right_of(p.at, e); });
+    p.first_ending = static_cast<std::size_t>(first - status_.begin());
+    std::size_t right = p.first_ending;
+    while (right < status_.size() && status_[right].lower == p.at) ++right;
+    if (right != p.last_ending()) return false;
+    if (right < status_.size() && detail::turn(status_[right].upper, status_[right].lower, p.at) <= 0) return false;
+    p.interior_left = p.first_ending > 0 && status_[p.first_ending - 1].interior_right;
+    p.interior_right = right < status_.size() && status_[right].interior_left;
+    return true;
+}
+
+/// Interior and exterior must alternate across the new edges as they did across the old ones, and what is one part of the
+/// interior at this point must be one vertex.
+inline bool triangulator::interior_alternates(const swept_point& p) const {
+    bool interior = p.interior_left;
+    for (const active_edge& e : starting_) {
+        if (e.interior_left != interior) return false;
+        interior = e.interior_right;
+    }
+    if (interior != p.interior_right) return false;
+    for (std::size_t i = 1; i < starting_.size(); ++i) {
+        const active_edge &a = starting_[i - 1], &b = starting_[i];
+        const bool lie_on_each_other = detail::turn(a.lower, a.upper, b.lower) == 0;
+        if (a.interior_right && (a.upper_vertex != b.upper_vertex || lie_on_each_other)) return false;
+        if (!a.interior_right && lie_on_each_other && a.lower != b.lower) return false;
+    }
+    return true;
+}
+
+/// Triangulates the rest of the parts between two edges that end here.
+inline bool triangulator::end_parts(const swept_point& p, triangulation& result) {
+    for (std::size_t i = p.first_ending; i + 1 < p.last_ending(); ++i) {
+        if (!status_[i].interior_right) continue;
+        if (status_[i].lower_vertex != status_[i + 1].lower_vertex) return false;
+        detail::waiting_chain part = status_[i].part;
+        chains_.append(part, status_[i].lower_vertex, p.at, -1, result);
+        if (!chains_.is_edge(part)) return false;
+    }
+    return true;
+}
+
+/// The parts to the left and to the right go on below this point. Where no edge begins they become one; where none ends and there
+/// is only one, it is divided.
+inline bool triangulator::continue_parts(const swept_point& p, triangulation& result) {
+    const bool ends = p.ending > 0, begins = !starting_.empty();
+    if (!ends && !begins && !p.interior_left) return false;
+    const std::int32_t left_vertex = ends     ? status_[p.first_ending].lower_vertex
+                                     : begins ? starting_.front().upper_vertex
+                                              : detail::vertex_of(events_[p.first_event]);
+    const std::int32_t right_vertex = ends     ? status_[p.last_ending() - 1].lower_vertex
+                                      : begins ? starting_.back().upper_vertex
+                                               : left_vertex;
+    // If the interior is one part above this point, or one below it, then it has one vertex here.
+    if (p.interior_left && (!ends || !begins) && left_vertex != right_vertex) return false;
+    if (p.interior_left && begins && starting_.front().upper_vertex != left_vertex) return false;
+    if (p.interior_right && begins && starting_.back().upper_vertex != right_vertex) return false;
+
+    detail::waiting_chain left, right;
+    if (p.interior_left) left = status_[p.first_ending - 1].part;
+    if (p.interior_right && ends) right = status_[p.last_ending() - 1].part;
+    std::int32_t diagonal = -1;
+    if (p.interior_left && !ends) {
+        // Inside a part: the last vertex that was added to its chain sees this one.
+        right = chains_.divide(left);
+        diagonal = chains_.add_link();
+    }
+    if (p.interior_left) chains_.append(left, left_vertex, p.at, diagonal, result);
+    if (p.interior_right) chains_.prepend(right, right_vertex, p.at, diagonal, result);
+    if (p.interior_left && !begins) chains_.unite(left, right);
+
+    for (std::size_t i = 0; i + 1 < starting_.size(); ++i) {
+        active_edge& e = starting_[i];
+        if (e.interior_right) e.part = chains_.begin(e.upper_vertex, p.at);
+    }
+    if (begins && p.interior_right) starting_.back().part = right;
+    if (p.interior_left) status_[p.first_ending - 1].part = left;
+    return true;
+}
+
+/// Puts the edges that begin in the place of those that end.
+inline void triangulator::replace_edges(const swept_point& p) {
+    const std::size_t replaced = (std::min)(p.ending, starting_.size());
+    active_edge* const place = status_.begin() + p.first_ending;
+    std::copy(starting_.begin(), starting_.begin() + replaced, place);
+    if (p.ending > replaced)
+        status_.erase(place + replaced, place + p.ending);
+    else
+        status_.insert(place + replaced, starting_.begin() + replaced, starting_.end());
+}
+
+/// All edges that meet at a point, those that pass it next to its place in the status, and those next to where its edges really
+/// are.
+inline polygon_conflict triangulator::conflict_at(const polygon& shape, const swept_point& p) const {
+    polygon_conflict conflict;
+    const auto add = [&](std::int32_t vertex) {
+        if (vertex >= 0 && shape.next[vertex] >= 0) conflict.edges.push_back(vertex);
+    };
+    for (std::size_t event = p.first_event; event < p.last_event; ++event) {
+        const std::int32_t v = detail::vertex_of(events_[event]);
+        add(v), add(before_[v]);
+    }
+    const auto ends_here = [&](std::size_t i) { return i < status_.size() && status_[i].lower == p.at; };
+    for (std::size_t i = 0; i < status_.size(); ++i)
+        if (i == p.first_ending || i + 1 == p.first_ending || ends_here(i) || (i > 0 && ends_here(i - 1)) || ends_here(i + 1))
+            add(status_[i].edge);
+    return conflict;
 }
 
 }  // namespace ldi
@@ -13901,7 +14972,7 @@ inline stud_set make_studs(const graph& g, std::span<const float> disparity, con
 // Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
 // Figure "meshing" a to d).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct mesh_options {
     simplify_options outlines;
@@ -13924,9 +14995,9 @@ struct flat_mesh {
 };
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
-template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
-                          const mesh_options& options, Executor& threads);
+template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
+flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options = {},
+                          Executor&& threads = {});
 
 namespace detail {
 
@@ -13937,12 +15008,12 @@ struct chart_polygon {
     buffer<boundary_edge> edges;
     buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
 
-    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
+    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
-            const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+            const std::int32_t loop_start = shape.points.count();
+            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[l + 1]; ++s) {
                 const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
@@ -13956,13 +15027,13 @@ struct chart_polygon {
             }
             shape.next.back() = loop_start;
         }
-        shape.outline_count = static_cast<std::int32_t>(shape.points.size());
+        shape.outline_count = shape.points.count();
     }
 
-    void add_studs(const flat_mesh& flat, const chart& box, std::size_t chart_index) {
+    void add_studs(const flat_mesh& flat, const chart& box, std::int32_t chart_index) {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
-            const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
+            const std::int32_t end = studs.first_vertex[s + 1];
             for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
@@ -13971,7 +15042,7 @@ struct chart_polygon {
 private:
     void add(const outline_corner& corner, const chart& box) {
         shape.points.push_back({corner.x - box.x, corner.y - box.y});
-        shape.next.push_back(static_cast<std::int32_t>(shape.points.size()));
+        shape.next.push_back(shape.points.count());
     }
 };
 
@@ -13983,7 +15054,7 @@ public:
 
     /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
     /// known that edges that are not from the last split don't cross each other.
-    void find_crossings(std::size_t c, bool only_fresh, buffer<boundary_split>& to_split) {
+    void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
@@ -14011,13 +15082,13 @@ public:
     }
 
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
-    void triangulate(std::size_t c, buffer<boundary_split>& to_split) {
+    void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // Where that is not enough the cause lies elsewhere in the chart.
+            // If that is not enough, the cause lies elsewhere in the chart.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -14061,8 +15132,8 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Where the outline runs back along itself (charts may have slits), both sides must keep the same corners: splits each of
-    /// two edges at the ends of the other. Returns false if neither passes the other's ends.
+    /// Splits each of two edges at the ends of the other: if the outline runs back along itself, because the chart has a slit,
+    /// both sides must keep the same corners. Returns false if neither passes the other's ends.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -14091,79 +15162,95 @@ private:
     buffer<std::int32_t> stack_;
 };
 
-}  // namespace detail
+/// Splits simplified outlines until none crosses itself and every chart can be triangulated.
+template <class Executor>
+class outline_repair {
+public:
+    outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
+        : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
-                          const mesh_options& options, Executor& threads) {
-    if (!(options.outlines.tolerance < static_cast<float>(options.studs.clearance)))
-        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
-              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
-    flat_mesh flat;
-    flat.outlines = trace_outlines(g, disparity, charts);
-    flat.studs = make_studs(g, disparity, charts, flat.outlines, options.studs, range);
-    simplified_boundary boundary(flat.outlines, options.outlines, range);
-    const std::size_t count = charts.charts.size();
-    flat.charts.resize(count);
-    buffer<buffer<boundary_split>> to_split(count);
-
-    const auto for_charts = [&](const buffer<std::int32_t>& indices, auto&& function) {
-        parallel_for(threads, indices.size(), 8, [&](std::size_t first, std::size_t last) {
-            detail::chart_mesher mesher(flat, boundary, charts);
-            for (std::size_t i = first; i < last; ++i) function(mesher, static_cast<std::size_t>(indices[i]));
-        });
-    };
-    const auto sort_unique = [](auto& values) {
-        std::sort(values.begin(), values.end());
-        values.erase(std::unique(values.begin(), values.end()), values.end());
-    };
-    // Splits what the charts in `indices` asked for, and returns the charts on both sides of it.
-    const auto split = [&](const buffer<std::int32_t>& indices) {
-        buffer<boundary_split> splits;
-        for (std::int32_t c : indices) {
-            const buffer<boundary_split>& from = to_split[c];
-            splits.insert(splits.end(), from.begin(), from.end());
+    /// Sets flat.charts. An outline, once simplified, can cross itself. Then the edges in question are split, and the charts on
+    /// both sides are checked again. Detailed outlines never cross, so this ends. The triangulation has the last word, but it
+    /// stops at the first conflict, so most crossings are found and repaired before.
+    void triangulate_all() {
+        buffer<std::int32_t> open;
+        for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
+        buffer<std::int32_t> pending = open;
+        for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
+            while (!open.empty()) {
+                for_each_chart(open,
+                               [&](chart_mesher& mesher, std::int32_t c) { mesher.find_crossings(c, only_fresh, to_split_[c]); });
+                open = split(open);
+                only_fresh = true;
+                pending.insert(pending.end(), open.begin(), open.end());
+            }
+            sort_unique(pending);
+            for_each_chart(pending, [&](chart_mesher& mesher, std::int32_t c) { mesher.triangulate(c, to_split_[c]); });
+            open = split(pending);
+            pending = open;
         }
+    }
+
+private:
+    template <class Function>
+    void for_each_chart(const buffer<std::int32_t>& indices, Function&& function) {
+        parallel_for(threads_, indices.size(), 8, [&](std::size_t first, std::size_t last) {
+            chart_mesher mesher(flat_, boundary_, charts_);
+            for (std::size_t i = first; i < last; ++i) function(mesher, indices[i]);
+        });
+    }
+
+    /// Makes the splits that the charts in `indices` asked for, and returns the charts on both sides of them.
+    buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
+        buffer<boundary_split> splits;
+        for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
         sort_unique(splits);
-        boundary.split(splits);
+        boundary_.split(splits);
         buffer<std::int32_t> touched;
         for (const boundary_split& s : splits) {
-            const boundary_piece& piece = flat.outlines.pieces[s.edge.piece];
+            const boundary_piece& piece = flat_.outlines.pieces[s.edge.piece];
             touched.push_back(piece.right_chart);
             if (piece.left_chart != no_chart) touched.push_back(piece.left_chart);
         }
         sort_unique(touched);
         return touched;
-    };
-
-    // Once simplified, an outline can cross itself. Then the edges in question are split, and the charts on both sides looked at
-    // again. Detailed outlines never cross, so this ends. The triangulation is what decides in the end, but as it stops at the
-    // first conflict, most are found and mended before.
-    buffer<std::int32_t> open(count);
-    for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
-    buffer<std::int32_t> pending = open;
-    for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
-        while (!open.empty()) {
-            for_charts(open,
-                       [&](detail::chart_mesher& mesher, std::size_t c) { mesher.find_crossings(c, only_fresh, to_split[c]); });
-            open = split(open);
-            only_fresh = true;
-            pending.insert(pending.end(), open.begin(), open.end());
-        }
-        sort_unique(pending);
-        for_charts(pending, [&](detail::chart_mesher& mesher, std::size_t c) { mesher.triangulate(c, to_split[c]); });
-        open = split(pending);
-        pending = open;
     }
+
+    template <class T>
+    static void sort_unique(buffer<T>& values) {
+        std::sort(values.begin(), values.end());
+        values.erase(std::unique(values.begin(), values.end()), values.end());
+    }
+
+    flat_mesh& flat_;
+    simplified_boundary& boundary_;
+    const chart_set& charts_;
+    Executor& threads_;
+    buffer<buffer<boundary_split>> to_split_;
+};
+
+}  // namespace detail
+
+template <has_columns<disparity_column> Layers, executor Executor>
+flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options, Executor&& threads) {
+    if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
+        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
+              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    flat_mesh flat;
+    flat.outlines = trace_outlines(layers.topology, layers.template column<disparity_column>(), charts);
+    flat.studs = make_studs(layers, charts, flat.outlines, options.studs);
+    flat.charts.resize(charts.charts.size());
+    simplified_boundary boundary(flat.outlines, options.outlines, layers.range);
+    detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
     return flat;
 }
 
 }  // namespace ldi
 
 // ---- ldi/mesh/textured_mesh.hpp
-// What the way from photo to 3D photo ends in: one mesh with one texture.
+// The result of the whole way from photo to 3D photo: one mesh with one texture.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {
@@ -14182,33 +15269,31 @@ struct textured_mesh {
 // From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
 // every vertex is lifted along its ray according to its disparity.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
 /// Finds the pixel of a chart at a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph& g, std::span<const float> disparity)
-        : graph_(g),
-          disparity_(disparity),
-          shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
+    pixel_finder(const graph& g, const buffer<float>& disparity)
+        : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
     void show(const chart& c) {
         ++chart_;
-        for (const std::int32_t pixel : c.pixels) shown_[position(graph_.x[pixel], graph_.y[pixel])] = {chart_, pixel};
+        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Of the chart's pixels round the corner (x, y), the one nearest in disparity.
+    /// The one nearest in disparity of the chart's pixels around the corner (x, y).
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
         for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height - 1); ++v)
             for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width - 1); ++u) {
-                const auto [of_chart, pixel] = shown_[position(u, v)];
+                const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
                 if (of_chart != chart_) continue;
-                const float difference = std::abs(disparity_[static_cast<std::size_t>(pixel)] - disparity);
+                const float difference = std::abs(disparity_[pixel] - disparity);
                 if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
             }
         return best;
@@ -14218,14 +15303,81 @@ private:
     struct occupant {
         std::int32_t chart, pixel;
     };
-    std::size_t position(std::int32_t x, std::int32_t y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
-    }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     std::int32_t chart_ = -1;
     buffer<occupant> shown_;
+};
+
+/// Lifts the vertices of charts and strings the charts together to one mesh.
+template <class Layers>
+class mesh_assembler {
+public:
+    mesh_assembler(const Layers& layers, const flat_mesh& flat, const texture_atlas& atlas)
+        : layers_(layers),
+          flat_(flat),
+          u_scale_(1.0F / nearest_float(atlas.color.width())),
+          v_scale_(1.0F / nearest_float(atlas.color.height())),
+          first_coordinate_(flat.outlines.corners.size(), -1),
+          finder_(layers.topology, layers.template column<disparity_column>()) {
+        std::size_t vertex_count = 0, index_count = 0;
+        for (const chart_mesh& c : flat.charts) {
+            vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
+            index_count += c.triangles.size();
+        }
+        mesh_.positions.reserve(3 * vertex_count), mesh_.texture_coordinates.reserve(2 * vertex_count);
+        mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
+    }
+
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
+        finder_.show(shape);
+        const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+        const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
+        const auto add_rest = [&](const outline_corner& corner) {
+            mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
+            mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
+            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+        };
+        for (std::int32_t id : source.outline) {
+            add_outline_position(id);
+            add_rest(flat_.outlines.corners[id]);
+        }
+        for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
+            const outline_corner& corner = flat_.studs.vertices[source.first_stud_vertex + i];
+            add_position(corner);
+            add_rest(corner);
+        }
+        for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
+    }
+
+    textured_mesh finish() { return std::move(mesh_); }
+
+private:
+    void add_position(const outline_corner& corner) {
+        const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
+        const std::array<float, 3> point =
+            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), layers_.range.depth(d));
+        mesh_.positions.append(point.begin(), point.end());
+    }
+
+    /// A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    void add_outline_position(std::int32_t corner) {
+        std::int32_t& first_coordinate = first_coordinate_[corner];
+        if (first_coordinate < 0) {
+            first_coordinate = mesh_.positions.count();
+            add_position(flat_.outlines.corners[corner]);
+        } else {
+            for (std::int32_t i = 0; i < 3; ++i) mesh_.positions.push_back(mesh_.positions[first_coordinate + i]);
+        }
+    }
+
+    const Layers& layers_;
+    const flat_mesh& flat_;
+    float u_scale_, v_scale_;
+    buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
+    pixel_finder finder_;
+    textured_mesh mesh_;
 };
 
 }  // namespace detail
@@ -14243,7 +15395,6 @@ template <has_columns<disparity_column> Layers, executor Executor = const serial
 textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
@@ -14251,69 +15402,19 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    const flat_mesh flat = build_flat_mesh(g, disparity, charts, layers.range, options, threads);
+    const flat_mesh flat = build_flat_mesh(layers, charts, options, threads);
 
-    std::size_t vertex_count = 0, index_count = 0;
-    for (const chart_mesh& c : flat.charts) {
-        vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
-        index_count += c.triangles.size();
-    }
-    textured_mesh mesh;
-    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
-        mesh.pixels.reserve(vertex_count), mesh.triangles.reserve(index_count);
-    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()),
-                v_scale = 1.0F / static_cast<float>(atlas.color.height());
-    // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
-    buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
-    detail::pixel_finder finder(g, disparity);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) {
-        const chart_mesh& source = flat.charts[c];
-        const chart& shape = charts.charts[c];
-        finder.show(shape);
-        const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh.vertex_count());
-        const auto add_position = [&](const outline_corner& corner) {
-            const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
-            const std::array<float, 3> point =
-                camera.unproject(static_cast<float>(corner.x), static_cast<float>(corner.y), layers.range.depth(d));
-            mesh.positions.append(point.begin(), point.end());
-        };
-        const auto add_pixel = [&](const outline_corner& corner) {
-            mesh.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
-        };
-        const auto add_texture_coordinate = [&](const outline_corner& corner) {
-            mesh.texture_coordinates.push_back(static_cast<float>(corner.x - shape.x + placements[c].x) * u_scale);
-            mesh.texture_coordinates.push_back(static_cast<float>(corner.y - shape.y + placements[c].y) * v_scale);
-        };
-        for (std::int32_t id : source.outline) {
-            const outline_corner& corner = flat.outlines.corners[id];
-            std::int32_t& lifted = vertex_of_corner[id];
-            if (lifted < 0) {
-                lifted = static_cast<std::int32_t>(mesh.vertex_count());
-                add_position(corner);
-            } else {
-                for (std::size_t i = 0; i < 3; ++i)
-                    mesh.positions.push_back(mesh.positions[3 * static_cast<std::size_t>(lifted) + i]);
-            }
-            add_texture_coordinate(corner);
-            add_pixel(corner);
-        }
-        for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
-            const outline_corner& corner = flat.studs.vertices[source.first_stud_vertex + i];
-            add_position(corner);
-            add_texture_coordinate(corner);
-            add_pixel(corner);
-        }
-        for (std::uint32_t index : source.triangles) mesh.triangles.push_back(first_vertex + index);
-    }
-    return mesh;
+    detail::mesh_assembler assembler(layers, flat, atlas);
+    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    return assembler.finish();
 }
 
 }  // namespace ldi
 
 // ---- ldi/render/camera.hpp
-// Where a 3D photo is looked at from (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
 struct view {
@@ -14350,25 +15451,81 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 
 }  // namespace ldi
 
+// ---- ldi/render/motion.hpp
+// One budget for every way in which a camera leaves the place of the photo: sideways, forwards, on a path, on a head. What it
+// spends is what it uncovers, and surfaces have grown behind silhouettes for just that (occlusion/expand.hpp).
+//
+// A thing at depth n hides what lies at depth f. Its edge is seen at p in the photo, in pixels from the middle. A camera at c,
+// which has gone c_forward towards the scene, sees past that edge by
+//
+//     (1 / n - 1 / f) * n / (n - c_forward) * |focal_length * (c_right, c_down) - c_forward * p|     pixels of what lies at f.
+//
+// The first factor is the step in disparity. The others are largest for what is nearest, in a corner of the photo.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// What a camera at this place uncovers behind the nearest thing if everything else is as far as can be, but for the factor
+/// n / (n - c_forward): as a share of the photo's longer side.
+inline float motion_across(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
+    const float width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
+    const float forward = std::abs(position[2]);
+    const float right = camera.focal_length * std::abs(position[0]) + 0.5F * forward * width;
+    const float down = camera.focal_length * std::abs(position[1]) + 0.5F * forward * height;
+    return std::hypot(right, down) * (range.inverse_depth(1) - range.inverse_depth(0)) / (std::max)(width, height);
+}
+
+}  // namespace detail
+
+/// How much a camera at this place, in the photo's space, uses: the share of the photo's longer side by which it moves what is
+/// nearest against what is farthest, where that is most. Infinite beyond what is nearest.
+inline float motion_of(const std::array<float, 3>& position, const pinhole_camera& camera, const depth_range& range) {
+    const float forward = (std::max)(-position[2], 0.0F);  // going back, the factor is largest for what is far, and 1
+    if (!(forward < range.z_near)) return std::numeric_limits<float>::infinity();
+    return detail::motion_across(position, camera, range) * range.z_near / (range.z_near - forward);
+}
+
+/// The place on the way from the photo's to `position` that is nearest to it and uses at most `motion`.
+inline std::array<float, 3> within_motion(const std::array<float, 3>& position, const pinhole_camera& camera,
+                                          const depth_range& range, float motion) {
+    if (motion_of(position, camera, range) <= motion) return position;
+    if (!(motion > 0)) return {0, 0, 0};
+    constexpr float closest = 0.99F;  // of the way to what is nearest: a flat photo alone would let a camera go on
+    const float forward = (std::max)(-position[2], 0.0F);
+    if (forward > closest * range.z_near) {
+        const float kept = closest * range.z_near / forward;
+        return within_motion({kept * position[0], kept * position[1], kept * position[2]}, camera, range, motion);
+    }
+    // The share k of the way with across * k * z_near / (z_near - k * forward) = motion.
+    const float across = detail::motion_across(position, camera, range);
+    const float share = motion * range.z_near / (across * range.z_near + motion * forward);
+    return {share * position[0], share * position[1], share * position[2]};
+}
+
+}  // namespace ldi
+
 // ---- ldi/render/camera_paths.hpp
 // Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
 // the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< round the photo's place, within its image plane, clockwise from the right; ends where it starts
+    circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's place to the right, to the left and back
     zoom_in,     ///< from the photo's place towards the scene
     dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
 };
 
+/// The defaults were chosen by eye: enough to see depth, not so much that what lies beyond the photo's border shows.
 struct path_options {
-    /// How far the nearest surface moves against what is in focus, at most, as a share of the photo's longer side.
-    float movement = 0.04F;
-    /// What stays in its place, in [0, 1].
+    /// Farthest that the camera goes (render/motion.hpp). Layers have hidden surfaces for layered_image::motion.
+    float motion = 0.08F;
+    /// Surfaces of this disparity stay in their place, in [0, 1].
     float focus_disparity = 0.5F;
-    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes; below 1.
+    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
+    /// before; below 1.
     float approach = 0.3F;
 };
 
@@ -14376,7 +15533,8 @@ struct path_options {
 /// height alone.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// Where a path has led at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+/// The view that a path has reached at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of
+/// bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -14388,9 +15546,10 @@ struct key_frame {
     float zoom = 1;                          ///< above 0: multiplies the photo's focal length
 };
 
-/// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
-/// neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
-/// do not rise, or a zoom is not above 0.
+/// The view that a smooth path through all key frames has reached at `time`: the cubic that passes through each with the slope
+/// between its neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key
+/// frame, times do not rise, or a zoom is not above 0. Positions that uncover too much are the caller's to draw back
+/// (within_motion).
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
@@ -14405,7 +15564,7 @@ inline view framed(view from, float size) {
     return from;
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ------------------------------------------------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -14420,6 +15579,13 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// How far a camera may go in a direction, up to `most`.
+inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
+                                 float motion, float most) {
+    const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
+    return std::hypot(x, y, z);
+}
+
 /// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
@@ -14430,7 +15596,7 @@ inline float cubic(float first, float last, float slope_first, float slope_last,
 
 inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target) {
     detail::point3 back{};
-    for (std::size_t i = 0; i < 3; ++i) back[i] = static_cast<double>(position[i]) - static_cast<double>(target[i]);
+    for (std::size_t i = 0; i < 3; ++i) back[i] = double{position[i]} - target[i];
     LDI_ASSERT(back[0] != 0 || back[2] != 0);
     back = detail::normalized(back);
     const detail::point3 right = detail::normalized(detail::cross({0, 1, 0}, back));
@@ -14438,29 +15604,25 @@ inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& po
     view result;
     result.camera = camera;
     result.position = position;
-    for (std::size_t i = 0; i < 3; ++i) {
-        result.rotation[3 * i] = static_cast<float>(right[i]);
-        result.rotation[3 * i + 1] = static_cast<float>(up[i]);
-        result.rotation[3 * i + 2] = static_cast<float>(back[i]);
-    }
+    const std::array<const detail::point3*, 3> axes{&right, &up, &back};
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t axis = 0; axis < 3; ++axis) result.rotation[3 * row + axis] = static_cast<float>((*axes[axis])[row]);
     return result;
 }
 
 inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                          const path_options& options) {
-    if (!(options.movement >= 0 && options.movement <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
+    if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
         !(options.approach >= 0 && options.approach < 1))
-        raise(error_code::invalid_option, "path_options", "movement and focus in [0, 1], approach in [0, 1)",
-              std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
+        raise(error_code::invalid_option, "path_options", "motion and focus in [0, 1], approach in [0, 1)",
+              std::to_string(options.motion) + ", " + std::to_string(options.focus_disparity) + ", " +
                   std::to_string(options.approach));
     const float focus = range.depth(options.focus_disparity);
-    const float longer = static_cast<float>((std::max)(camera.width, camera.height));
-    // The farther of the two extremes from the focus, in disparity, moves by `movement`.
-    const float parallax = (std::max)(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
-                                      std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
-    const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
+    const float radius = detail::reach_within_motion({1, 0, 0}, camera, range, options.motion, focus);
+    const float farthest_forward =
+        detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
-    const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
     const std::array<float, 3> target{0, 0, -focus};
     switch (path) {
         case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
@@ -14504,12 +15666,11 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
 }
 
 inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
-    const float w = static_cast<float>(camera.width), h = static_cast<float>(camera.height);
+    const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
     // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
     const auto sees_photo = [&](const view& v, float x, float y, float depth) {
         const std::array<float, 3> ray =
-            v.direction_to_photo({(x - 0.5F * static_cast<float>(v.camera.width)),
-                                  (0.5F * static_cast<float>(v.camera.height) - y), -v.camera.focal_length});
+            v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
         if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> seen =
@@ -14521,14 +15682,13 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
             for (const float x : {-1.0F, 1.0F})
                 for (const float y : {-1.0F, 1.0F})
                     for (const float depth : {range.z_near, range.z_far})
-                        if (!sees_photo(v, 0.5F * static_cast<float>(v.camera.width) * (1 + size * x),
-                                        0.5F * static_cast<float>(v.camera.height) * (1 + size * y), depth))
+                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), depth))
                             return false;
         return true;
     };
     if (is_inside(1)) return 1;
     float inside = 0, outside = 1;
-    for (int step = 0; step < 20; ++step) {
+    for (int step = 0; step < 20; ++step) {  // to a millionth, the precision of a float
         const float middle = 0.5F * (inside + outside);
         (is_inside(middle) ? inside : outside) = middle;
     }
@@ -14541,7 +15701,7 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
 // Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
 // rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
 inline constexpr std::int64_t subsample_steps = 256;
@@ -14560,6 +15720,13 @@ using screen_triangle = std::array<screen_vertex, 3>;
 /// Twice the area; positive if the triangle runs clockwise as seen on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+}
+
+/// Makes a triangle run clockwise. False if nothing of it is to be drawn: it has no area, or is seen from behind.
+inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
+    const std::int64_t area = signed_area(t);
+    if (area < 0) std::swap(t[1], t[2]);
+    return area > 0 || (area < 0 && both_sides);
 }
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
@@ -14596,9 +15763,9 @@ struct screen_plane {
     double value, per_x, per_y;  ///< at the first vertex; change per sample
 
     screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
-        const double x1 = static_cast<double>(t[1].x - t[0].x), y1 = static_cast<double>(t[1].y - t[0].y);
-        const double x2 = static_cast<double>(t[2].x - t[0].x), y2 = static_cast<double>(t[2].y - t[0].y);
-        const double scale = static_cast<double>(subsample_steps) / static_cast<double>(signed_area(t));
+        const double x1 = nearest_double(t[1].x - t[0].x), y1 = nearest_double(t[1].y - t[0].y);
+        const double x2 = nearest_double(t[2].x - t[0].x), y2 = nearest_double(t[2].y - t[0].y);
+        const double scale = nearest_double(subsample_steps) / nearest_double(signed_area(t));
         per_x = ((second - first) * y2 - (third - first) * y1) * scale;
         per_y = ((third - first) * x1 - (second - first) * x2) * scale;
     }
@@ -14616,8 +15783,8 @@ public:
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
           least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
-          y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
+          x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
+          y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
     /// Rounding in slivers does not leave the triangle's range of depths.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
@@ -14626,7 +15793,7 @@ public:
 
 private:
     double at(const screen_plane& plane, std::int64_t x, std::int64_t y) const {
-        return plane.at(static_cast<double>(x) - x0_, static_cast<double>(y) - y0_);
+        return plane.at(nearest_double(x) - x0_, nearest_double(y) - y0_);
     }
 
     screen_plane inverse_, u_, v_;
@@ -14643,10 +15810,7 @@ struct camera_vertex {
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
-        : from_(from),
-          samples_(samples),
-          z_near_(static_cast<double>(z_near)),
-          slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
+        : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
     /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
     void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
@@ -14682,16 +15846,14 @@ private:
     camera_vertex to_camera(const textured_mesh& mesh, std::size_t vertex) const {
         // In double precision, where no finite mesh overflows.
         std::array<double, 3> moved{};
-        for (std::size_t i = 0; i < 3; ++i)
-            moved[i] = static_cast<double>(mesh.positions[3 * vertex + i]) - static_cast<double>(from_.position[i]);
+        for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
         for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) seen[i] += static_cast<double>(from_.rotation[3 * j + i]) * moved[j];
-        return {seen, static_cast<double>(mesh.texture_coordinates[2 * vertex]),
-                static_cast<double>(mesh.texture_coordinates[2 * vertex + 1])};
+            for (std::size_t j = 0; j < 3; ++j) seen[i] += from_.rotation[3 * j + i] * moved[j];
+        return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1]};
     }
 
-    /// How far inside the near plane, or one side of the guard band, a vertex lies.
+    /// Distance of a vertex from the near plane, or from one side of the guard band; positive inside.
     double inside(const camera_vertex& v, int plane) const {
         const double depth = -v.position[2];
         switch (plane) {
@@ -14727,8 +15889,8 @@ private:
 
     screen_vertex to_screen(const camera_vertex& v) const {
         const double inverse_depth = -1 / v.position[2];
-        const double scale = static_cast<double>(from_.camera.focal_length) * inverse_depth;
-        const double steps = static_cast<double>(subsample_steps) * samples_;
+        const double scale = from_.camera.focal_length * inverse_depth;
+        const double steps = nearest_double(subsample_steps) * samples_;
         return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
                 std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps), inverse_depth, v.u, v.v};
     }
@@ -14744,43 +15906,42 @@ private:
 // The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
 // corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
-inline constexpr std::array<std::array<std::int32_t, 2>, 4> pixel_corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-inline constexpr std::array<side, 4> clockwise_sides{side::up, side::right, side::down, side::left};
+inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
 
-constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
+constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
 
 class pixel_squares {
 public:
     template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& distances, const view& from,
-                  std::int32_t samples, float z_near)
+    pixel_squares(const Layers& layers, const view& taken_from, const view& from, std::int32_t samples, float z_near)
         : graph_(layers.topology) {
         if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
             raise(error_code::mismatch, "camera of a layered image",
                   std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), taken_from, distances, from, samples, z_near);
+        place(layers.template column<disparity_column>(), layers.range, relative_projection(taken_from, from, samples, z_near));
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
-    bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
+    bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
-    std::int64_t top(std::size_t pixel) const {
+    std::int64_t top(std::int32_t pixel) const {
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::min)(a, b); });
     }
-    std::int64_t bottom(std::size_t pixel) const {
+    std::int64_t bottom(std::int32_t pixel) const {
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
     /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
     /// the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
-        const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
-        screen_triangle t{vertices_[i], vertices_[corner(i, first)], vertices_[corner(i, second)]};
+        const int first = clockwise_index(s), second = (first + 1) % 4;
+        screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
         t[0].u = t[0].v = 0.5;
         t[1].u = pixel_corners[first][0], t[1].v = pixel_corners[first][1];
         t[2].u = pixel_corners[second][0], t[2].v = pixel_corners[second][1];
@@ -14788,49 +15949,48 @@ public:
     }
 
 private:
-    std::size_t corner(std::size_t pixel, std::size_t c) const { return static_cast<std::size_t>(corner_of_[4 * pixel + c]); }
+    std::int32_t corner(std::int32_t pixel, int c) const { return corner_of_[std::int64_t{4} * pixel + c]; }
 
     template <class Choose>
-    std::int64_t extreme(std::size_t pixel, Choose&& choose) const {
+    std::int64_t extreme(std::int32_t pixel, Choose&& choose) const {
         std::int64_t result = vertices_[pixel].y;
-        for (std::size_t c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
+        for (int c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
         return result;
     }
 
     /// A link makes the two corners at either end of the common side one.
     void share_corners() {
-        const std::size_t count = graph_.size();
-        disjoint_sets sets(4 * count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::int32_t here = static_cast<std::int32_t>(4 * i);
-            if (graph_.right[i] != no_pixel) {
-                sets.merge(here + 1, 4 * graph_.right[i]);
-                sets.merge(here + 2, 4 * graph_.right[i] + 3);
+        const std::int32_t count = graph_.count();
+        disjoint_sets sets(4 * graph_.size());
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::int32_t here = 4 * i, right = graph_.right[i], down = graph_.down[i];
+            if (right != no_pixel) {
+                sets.merge(here + 1, 4 * right);
+                sets.merge(here + 2, 4 * right + 3);
             }
-            if (graph_.down[i] != no_pixel) {
-                sets.merge(here + 3, 4 * graph_.down[i]);
-                sets.merge(here + 2, 4 * graph_.down[i] + 1);
+            if (down != no_pixel) {
+                sets.merge(here + 3, 4 * down);
+                sets.merge(here + 2, 4 * down + 1);
             }
         }
         const std::int32_t corners = sets.number(corner_of_);
-        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centers come first
-        vertices_.resize(count + static_cast<std::size_t>(corners));
+        for (std::int32_t& c : corner_of_) c += count;  // centers come first
+        vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
     }
 
     /// A corner has the mean disparity of the pixels that share it.
-    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& distances, const view& from,
-               std::int32_t samples, float z_near) {
-        const std::size_t count = graph_.size();
-        buffer<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
-        for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t c = 0; c < 4; ++c) {
-                sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
+    template <class Project>
+    void place(const buffer<float>& disparity, const depth_range& distances, const Project& project) {
+        const std::int32_t count = graph_.count();
+        buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
+        for (std::int32_t i = 0; i < count; ++i)
+            for (int c = 0; c < 4; ++c) {
+                sum[corner(i, c) - count] += disparity[i];
                 members[corner(i, c) - count] += 1;
             }
-        const double first = 1.0 / static_cast<double>(distances.z_near), last = 1.0 / static_cast<double>(distances.z_far);
-        const relative_projection project(taken_from, from, samples, z_near);
+        const double first = 1.0 / distances.z_near, last = 1.0 / distances.z_far;
         buffer<std::uint8_t> safe(vertices_.size(), 0);
-        const auto put = [&](std::size_t vertex, double x, double y, double d) {
+        const auto put = [&](std::int32_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
                 raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
@@ -14838,12 +15998,12 @@ private:
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
         buffer<std::uint8_t> is_placed(sum.size(), 0);
-        drawn_.resize(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
+        drawn_.resize(graph_.size());
+        for (std::int32_t i = 0; i < count; ++i) {
+            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, disparity[i]);
             bool all_safe = safe[i] != 0;
-            for (std::size_t c = 0; c < 4; ++c) {
-                const std::size_t vertex = corner(i, c), k = vertex - count;
+            for (int c = 0; c < 4; ++c) {
+                const std::int32_t vertex = corner(i, c), k = vertex - count;
                 if (is_placed[k] == 0)
                     put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
                 is_placed[k] = 1;
@@ -14857,22 +16017,20 @@ private:
     class relative_projection {
     public:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
-            : z_near_(static_cast<double>(z_near)),
-              source_focal_(static_cast<double>(taken_from.camera.focal_length)),
+            : z_near_(z_near),
+              source_focal_(taken_from.camera.focal_length),
               source_x_(0.5 * taken_from.camera.width),
               source_y_(0.5 * taken_from.camera.height),
-              focal_(static_cast<double>(from.camera.focal_length) * samples),
+              focal_(double{from.camera.focal_length} * samples),
               x_(0.5 * from.camera.width * samples),
               y_(0.5 * from.camera.height * samples) {
             std::array<double, 3> offset{};
-            for (std::size_t i = 0; i < 3; ++i)
-                offset[i] = static_cast<double>(taken_from.position[i]) - static_cast<double>(from.position[i]);
+            for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
             for (std::size_t i = 0; i < 3; ++i)
                 for (std::size_t j = 0; j < 3; ++j) {
-                    offset_[i] += static_cast<double>(from.rotation[3 * j + i]) * offset[j];
+                    offset_[i] += from.rotation[3 * j + i] * offset[j];
                     for (std::size_t k = 0; k < 3; ++k)
-                        rotation_[3 * i + j] +=
-                            static_cast<double>(from.rotation[3 * k + i]) * static_cast<double>(taken_from.rotation[3 * k + j]);
+                        rotation_[3 * i + j] += double{from.rotation[3 * k + i]} * taken_from.rotation[3 * k + j];
                 }
         }
 
@@ -14887,8 +16045,8 @@ private:
             result.inverse_depth = -1 / seen[2];
             const double across = seen[0] * focal_ * result.inverse_depth, down = -seen[1] * focal_ * result.inverse_depth;
             if (!(std::abs(across) <= guard_band && std::abs(down) <= guard_band)) return false;
-            result.x = std::llround((x_ + across) * static_cast<double>(subsample_steps));
-            result.y = std::llround((y_ + down) * static_cast<double>(subsample_steps));
+            result.x = std::llround((x_ + across) * nearest_double(subsample_steps));
+            result.y = std::llround((y_ + down) * nearest_double(subsample_steps));
             return true;
         }
 
@@ -14901,7 +16059,7 @@ private:
     const graph& graph_;
     buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
     buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
-    buffer<std::uint8_t> drawn_;      // one a pixel
+    buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
 /// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
@@ -14922,7 +16080,7 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     const auto add = [&](std::int32_t other, float weight) {
         if (other == no_pixel || known[other] != known[pixel]) return;
         const auto color = layers.template at<color_column>(other);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color[c];
         total += weight;
     };
     add(pixel, (1 - weight_x) * (1 - weight_y));
@@ -14930,7 +16088,7 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     add(below, (1 - weight_x) * weight_y);
     add(diagonal, weight_x * weight_y);
     std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>(sum[c] / total + 0.5F);
+    for (std::size_t c = 0; c < 3; ++c) result[c] = rounded_mean(sum[c] / total);
     return result;
 }
 
@@ -14941,7 +16099,7 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
 // holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
 // pixels.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
@@ -14961,22 +16119,16 @@ struct rendering {
 /// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
 /// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
 /// view (the larger side times samples may be 2^19).
-template <executor Executor>
+template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                    const raster_options& options, Executor& threads);
-
-inline rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                           const raster_options& options = {}) {
-    serial_executor serial;
-    return rasterize(mesh, texture, from, options, serial);
-}
+                    const raster_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
 inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
     const std::size_t count = mesh.vertex_count();
     if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates, 2 texture coordinates a vertex, 3 vertices a triangle",
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
               std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
@@ -15008,17 +16160,17 @@ inline void check_raster_options(const view& from, const raster_options& options
 
 /// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
-    const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
+    const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
     const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
-    const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
+    const float tx = static_cast<float>(x - nearest_double(x0)), ty = static_cast<float>(y - nearest_double(y0));
     const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c) {
-        const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
-        const float below = static_cast<float>(lower[3 * x0 + c]) * (1 - tx) + static_cast<float>(lower[3 * x1 + c]) * tx;
-        result[c] = static_cast<std::uint8_t>(above * (1 - ty) + below * ty + 0.5F);
+        const float above = upper[3 * x0 + c] * (1 - tx) + upper[3 * x1 + c] * tx;
+        const float below = lower[3 * x0 + c] * (1 - tx) + lower[3 * x1 + c] * tx;
+        result[c] = rounded_mean(above * (1 - ty) + below * ty);
     }
     return result;
 }
@@ -15029,9 +16181,10 @@ struct sample_band {
     buffer<float> inverse_depth;                          ///< 0 where nothing is
     buffer<std::array<std::uint8_t, 3>> color;
 
-    sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
-        : first_row(first), last_row(last), width(samples_across) {
-        inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
+    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across,
+                const std::array<std::uint8_t, 3>& background)
+        : first_row(rows.first), last_row(rows.second), width(samples_across) {
+        inverse_depth.assign(static_cast<std::size_t>((last_row - first_row) * width), 0.0F);
         color.assign(inverse_depth.size(), background);
     }
 
@@ -15040,7 +16193,7 @@ struct sample_band {
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
         for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
+            std::int64_t i = (y - first_row) * width + first;
             for (std::int64_t x = first; x < last; ++x, ++i) {
                 const float here = static_cast<float>(values.inverse_depth(x, y));
                 if (here <= inverse_depth[i]) continue;
@@ -15050,25 +16203,24 @@ struct sample_band {
         });
     }
 
-    void resolve(std::int32_t samples, rendering& result) const {
-        const std::size_t n = static_cast<std::size_t>(samples), across = static_cast<std::size_t>(width);
-        const std::size_t first_y = static_cast<std::size_t>(first_row) / n, last_y = static_cast<std::size_t>(last_row) / n;
-        for (std::size_t y = first_y; y < last_y; ++y)
-            for (std::size_t x = 0; x < across / n; ++x) {
-                std::array<std::size_t, 3> sum{};
-                std::size_t covered = 0;
+    /// n  samples per pixel and axis
+    void resolve(std::int64_t n, rendering& result) const {
+        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
+            for (std::int64_t x = 0; x < width / n; ++x) {
+                std::array<std::int64_t, 3> sum{};
+                std::int64_t covered = 0;
                 float nearest = 0;
-                for (std::size_t j = 0; j < n; ++j)
-                    for (std::size_t i = 0; i < n; ++i) {
-                        const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
+                for (std::int64_t j = 0; j < n; ++j)
+                    for (std::int64_t i = 0; i < n; ++i) {
+                        const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
-                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
+                        covered += inverse_depth[sample] > 0 ? 1 : 0;
                         nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
-                    result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
-                result.depth.row(y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                result.coverage.row(y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
             }
     }
 };
@@ -15078,28 +16230,43 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
+/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
+inline constexpr std::int64_t rows_per_band = 16;
+
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
-    buffer<std::size_t> list;
+    buffer<std::int32_t> list;
 
     /// extent(i)  the vertical_extent of thing i, of `count`
     template <class Extent>
-    band_lists(std::size_t count, Extent&& extent, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
-        const auto for_each_band = [&](std::size_t i, auto&& visit) {
-            const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
+    band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
+        : rows_(rows), band_rows_(band_rows) {
+        start.assign(static_cast<std::size_t>((rows + band_rows - 1) / band_rows) + 1, 0);
+        const auto for_each_band = [&](std::int32_t i, auto&& visit) {
+            const std::int64_t size = band_rows * subsample_steps, last_band = start.count() - 2;
             const vertical_extent e = extent(i);
             if (e.top > e.bottom) return;
             const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
             const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
-            for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
+            for (std::int64_t b = first; b <= last; ++b) visit(b);
         };
-        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
-        for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { ++start[b + 1]; });
+        for (std::size_t b = 0; b < band_count(); ++b) start[b + 1] += start[b];
         list.resize(start.back());
         buffer<std::size_t> next = start;
-        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { list[next[b]++] = i; });
     }
+
+    std::size_t band_count() const { return start.size() - 1; }
+    /// The rows [first, second) of a band.
+    std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
+        const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
+        return {first, (std::min)(first + band_rows_, rows_)};
+    }
+
+private:
+    std::int64_t rows_, band_rows_;
 };
 
 /// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
@@ -15108,19 +16275,15 @@ struct band_lists {
 /// extent(i)      the vertical_extent of thing i
 /// draw(i, band)  draws it
 template <executor Executor, class Extent, class Draw>
-rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
+rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
     const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
     rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
-    const std::int64_t band_rows = 16 * options.samples;
-    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
-                       across = static_cast<std::int64_t>(w) * options.samples;
-    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
-    const band_lists lists(count, extent, bands, band_rows);
-    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+    const std::int64_t samples = options.samples;
+    const band_lists lists(count, extent, camera.height * samples, rows_per_band * samples);
+    parallel_for(threads, lists.band_count(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
-            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            sample_band band(first_row, (std::min)(first_row + band_rows, rows), across, options.background);
+            sample_band band(lists.rows_of(b), camera.width * samples, options.background);
             for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
             band.resolve(options.samples, result);
         }
@@ -15132,7 +16295,7 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
 
 template <executor Executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                    const raster_options& options, Executor& threads) {
+                    const raster_options& options, Executor&& threads) {
     detail::check_drawable(mesh, texture);
     detail::check_raster_options(from, options);
     buffer<detail::screen_triangle> triangles;
@@ -15141,12 +16304,12 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
 
     return detail::draw_in_bands(
-        from.camera, options, triangles.size(),
-        [&](std::size_t i) {
+        from.camera, options, triangles.count(),
+        [&](std::int32_t i) {
             const detail::screen_triangle& t = triangles[i];
             return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
-        [&](std::size_t i, detail::sample_band& band) {
+        [&](std::int32_t i, detail::sample_band& band) {
             band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
         },
         threads);
@@ -15158,7 +16321,7 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 // A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
 // is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
@@ -15168,35 +16331,25 @@ namespace ldi {
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor>
-rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                        const raster_options& options, Executor& threads) {
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
+rendering render_layers(const Layers& layers, const view& taken_from, const view& from, const raster_options& options = {},
+                        Executor&& threads = {}) {
     detail::check_raster_options(from, options);
-    const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
+    const detail::pixel_squares squares(layers, taken_from, from, options.samples, options.z_near);
     return detail::draw_in_bands(
-        from.camera, options, layers.size(),
-        [&](std::size_t i) {
+        from.camera, options, layers.topology.count(),
+        [&](std::int32_t i) {
             const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
             return squares.is_drawn(i) ? e : detail::vertical_extent{};
         },
-        [&](std::size_t i, detail::sample_band& band) {
-            const std::int32_t pixel = static_cast<std::int32_t>(i);
+        [&](std::int32_t pixel, detail::sample_band& band) {
             for (const side s : all_sides) {
                 detail::screen_triangle t = squares.triangle(pixel, s);
-                const std::int64_t area = detail::signed_area(t);
-                if (area == 0 || (area < 0 && !options.both_sides)) continue;
-                if (area < 0) std::swap(t[1], t[2]);
+                if (!detail::turn_clockwise(t, options.both_sides)) continue;
                 band.draw(t, [&](double u, double v) { return detail::color_within_pixel(layers, pixel, u, v); });
             }
         },
         threads);
-}
-
-template <has_columns<color_column, disparity_column, known_column> Layers>
-rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                        const raster_options& options = {}) {
-    serial_executor serial;
-    return render_layers(layers, taken_from, range, from, options, serial);
 }
 
 }  // namespace ldi
@@ -15206,7 +16359,7 @@ rendering render_layers(const Layers& layers, const view& taken_from, const dept
 // tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
 // the two always agree.
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// One of the four triangles of a pixel, named by the side that it reaches.
 struct surface_triangle {
@@ -15256,7 +16409,7 @@ public:
                 if (holds_sample(clockwise, target_x, target_y)) return from;
             }
             const std::size_t entered = cross(from, exit);
-            if (from.pixel == no_pixel || !squares_.is_drawn(static_cast<std::size_t>(from.pixel))) return {};
+            if (from.pixel == no_pixel || !squares_.is_drawn(from.pixel)) return {};
             t = squares_.triangle(from.pixel, from.outer);
             for (std::size_t e = 0; e < 3; ++e)
                 if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
@@ -15271,7 +16424,7 @@ private:
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
             return 1;
         }
-        const std::size_t turn = edge == 0 ? 3 : 1;
+        const int turn = edge == 0 ? 3 : 1;
         from.outer = clockwise_sides[(clockwise_index(from.outer) + turn) % 4];
         return edge == 0 ? 2 : 0;
     }
@@ -15286,77 +16439,134 @@ private:
 // Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
 // camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 
-#include <iterator>
-
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct peel_options {
     float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
     bool both_sides = true;  ///< false: surfaces seen from behind are left out
 };
 
-/// A layered image of the camera that it was peeled from, with all columns of the one that was peeled.
-template <class Layers>
-struct peeled_layers {
-    Layers layers;      ///< in canonical order
-    depth_range range;  ///< what its disparities stand for: as before, or wider if the camera came nearer or went back
-};
-
 namespace detail {
 
-/// Where the ray through the center of a pixel meets a surface.
+/// A place at which the ray through the center of a pixel meets a surface.
 struct fragment {
-    std::size_t position;  ///< y * width + x on the screen
+    std::int64_t position;  ///< y * width + x on the screen
     surface_triangle where;
     double inverse_depth, u, v;  ///< u, v: on the pixel that `where` belongs to
 };
 
-/// The fragments of the rows [first_row, last_row), by position, then nearest first.
-inline buffer<fragment> peel_band(const pixel_squares& squares, const band_lists& lists, std::size_t band, std::int64_t first_row,
-                                  std::int64_t last_row, std::int64_t width, bool both_sides) {
-    buffer<fragment> result;
-    for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
-        const std::int32_t pixel = static_cast<std::int32_t>(lists.list[k]);
-        for (const side s : all_sides) {
-            screen_triangle t = squares.triangle(pixel, s);
-            const std::int64_t area = signed_area(t);
-            if (area == 0 || (area < 0 && !both_sides)) continue;
-            if (area < 0) std::swap(t[1], t[2]);
-            const screen_values values(t);
-            for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-                for (std::int64_t x = first; x < last; ++x)
-                    result.push_back({static_cast<std::size_t>(y * width + x),
-                                      {pixel, s},
-                                      values.inverse_depth(x, y),
-                                      values.u(x, y),
-                                      values.v(x, y)});
-            });
-        }
-    }
-    std::sort(result.begin(), result.end(), [](const fragment& a, const fragment& b) {
-        if (a.position != b.position) return a.position < b.position;
-        if (a.inverse_depth != b.inverse_depth) return a.inverse_depth > b.inverse_depth;
-        return std::pair(a.where.pixel, a.where.outer) < std::pair(b.where.pixel, b.where.outer);
-    });
-    return result;
-}
+/// Finds the fragments of one screen, band by band.
+class fragment_finder {
+public:
+    fragment_finder(const pixel_squares& squares, const pinhole_camera& screen, bool both_sides)
+        : squares_(squares), width_(screen.width), height_(screen.height), both_sides_(both_sides) {}
 
-template <class Scalar>
-void copy_pixel(const buffer<Scalar>& from, std::int32_t pixel, buffer<Scalar>& to, std::size_t i, std::size_t channels) {
-    for (std::size_t c = 0; c < channels; ++c) to[i * channels + c] = from[static_cast<std::size_t>(pixel) * channels + c];
-}
+    /// By position, then nearest first.
+    template <executor Executor>
+    buffer<fragment> find_all(std::int32_t pixel_count, Executor& threads) const {
+        const auto extent = [&](std::int32_t i) {
+            return squares_.is_drawn(i) ? vertical_extent{squares_.top(i), squares_.bottom(i)} : vertical_extent{};
+        };
+        const band_lists lists(pixel_count, extent, height_, rows_per_band);
+        buffer<buffer<fragment>> parts(lists.band_count());
+        parallel_for(threads, parts.size(), 1, [&](std::size_t first, std::size_t last) {
+            for (std::size_t b = first; b < last; ++b) parts[b] = find_in_band(lists, b);
+        });
+        buffer<fragment> fragments;
+        for (buffer<fragment>& part : parts) {
+            fragments.insert(fragments.end(), part.begin(), part.end());
+            part = {};
+        }
+        return fragments;
+    }
+
+private:
+    buffer<fragment> find_in_band(const band_lists& lists, std::size_t band) const {
+        const auto [first_row, last_row] = lists.rows_of(band);
+        buffer<fragment> result;
+        for (std::size_t k = lists.start[band]; k < lists.start[band + 1]; ++k) {
+            const std::int32_t pixel = lists.list[k];
+            for (const side s : all_sides) {
+                screen_triangle t = squares_.triangle(pixel, s);
+                if (!turn_clockwise(t, both_sides_)) continue;
+                const screen_values values(t);
+                for_each_span(t, width_, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+                    for (std::int64_t x = first; x < last; ++x)
+                        result.push_back(
+                            {y * width_ + x, {pixel, s}, values.inverse_depth(x, y), values.u(x, y), values.v(x, y)});
+                });
+            }
+        }
+        std::sort(result.begin(), result.end(), [](const fragment& a, const fragment& b) {
+            if (a.position != b.position) return a.position < b.position;
+            if (a.inverse_depth != b.inverse_depth) return a.inverse_depth > b.inverse_depth;
+            return std::pair(a.where.pixel, a.where.outer) < std::pair(b.where.pixel, b.where.outer);
+        });
+        return result;
+    }
+
+    const pixel_squares& squares_;
+    std::int64_t width_, height_;
+    bool both_sides_;
+};
 
 /// The range, widened to hold all fragments. Rounding alone does not widen it.
 inline depth_range range_of(const buffer<fragment>& fragments, const depth_range& range) {
-    const double first = 1.0 / static_cast<double>(range.z_near), last = 1.0 / static_cast<double>(range.z_far);
+    const double first = 1.0 / range.z_near, last = 1.0 / range.z_far;
     double nearest = first, farthest = last;
     for (const fragment& f : fragments)
         nearest = (std::max)(nearest, f.inverse_depth), farthest = (std::min)(farthest, f.inverse_depth);
-    const double slack = 1e-5 * (first - last);
+    const double slack = 1e-5 * (first - last);  // well above the rounding of float disparities
     depth_range result = range;
     if (nearest > first + slack) result.z_near = static_cast<float>(1 / nearest);
     if (farthest < last - slack) result.z_far = static_cast<float>(1 / farthest);
     return result;
+}
+
+/// One pixel for each fragment, not linked yet.
+template <payload_column... Columns, executor Executor>
+layered_image<Columns...> pixels_of(const buffer<fragment>& fragments, const layered_image<Columns...>& layers,
+                                    const pinhole_camera& camera, Executor& threads) {
+    layered_image<Columns...> result;
+    result.surface = layers.surface, result.camera = camera, result.range = range_of(fragments, layers.range);
+    graph& g = result.topology;
+    g.width = camera.width, g.height = camera.height;
+    g.resize(fragments.size());
+    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
+    result.resize_columns(fragments.size());
+    const double last = 1.0 / result.range.z_far, span = 1.0 / result.range.z_near - last;
+    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
+            const fragment& f = fragments[i];
+            g.x[i] = static_cast<std::int32_t>(f.position % g.width);
+            g.y[i] = static_cast<std::int32_t>(f.position / g.width);
+            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
+            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
+            result.template column<disparity_column>()[i] =
+                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
+            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
+        }
+    });
+    return result;
+}
+
+/// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
+inline void link_neighbors(graph& g, const buffer<fragment>& fragments, const surface_walk& walk) {
+    buffer<std::int32_t> start(g.position_count() + 1, 0);
+    for (const fragment& f : fragments) ++start[f.position + 1];
+    for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        for (const side s : {side::right, side::down}) {
+            const std::int32_t x = g.x[i], y = g.y[i];
+            if (s == side::right ? x + 1 == g.width : y + 1 == g.height) continue;
+            const surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
+            if (end.pixel == no_pixel) continue;
+            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width);
+            std::int32_t there = start[position];
+            while (there < start[position + 1] && fragments[there].where != end) ++there;
+            LDI_ASSERT(there < start[position + 1]);
+            g.link(i, s, there);
+        }
 }
 
 }  // namespace detail
@@ -15366,101 +16576,35 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
 /// is followed exactly: peeled from where it was taken, a layered image stays as it is.
 ///
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
+/// from        the camera whose pixels the result is
 ///
-/// Colors are interpolated as render_layers() does; every other column is what the nearest source pixel has. Raises as
+/// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
+/// source pixel has. The range of distances is that of `layers`, or wider if the camera came nearer or went back. Raises as
 /// render_layers() does, and too_large if there are 2^31 pixels or more.
-template <payload_column... Columns, executor Executor>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                              const depth_range& range, const view& from, const peel_options& options,
-                                              Executor& threads) {
+template <payload_column... Columns, executor Executor = const serial_executor>
+layered_image<Columns...> peel(const layered_image<Columns...>& layers, const view& taken_from, const view& from,
+                               const peel_options& options = {}, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
-    const detail::pixel_squares squares(layers, taken_from, range, from, 1, options.z_near);
-    const std::int64_t w = from.camera.width, h = from.camera.height, band_rows = 16;
-    const std::size_t bands = static_cast<std::size_t>((h + band_rows - 1) / band_rows);
-    const detail::band_lists lists(
-        layers.size(),
-        [&](std::size_t i) {
-            return squares.is_drawn(i) ? detail::vertical_extent{squares.top(i), squares.bottom(i)} : detail::vertical_extent{};
-        },
-        bands, band_rows);
-    buffer<buffer<detail::fragment>> parts(bands);
-    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t b = first; b < last; ++b) {
-            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            parts[b] =
-                detail::peel_band(squares, lists, b, first_row, (std::min)(first_row + band_rows, h), w, options.both_sides);
-        }
-    });
-    buffer<detail::fragment> fragments;
-    for (buffer<detail::fragment>& part : parts) {
-        fragments.insert(fragments.end(), part.begin(), part.end());
-        part = {};
-    }
-    const std::size_t count = fragments.size();
-    if (count > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()))
-        raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(count));
-
-    peeled_layers<layered_image<Columns...>> result{layered_image<Columns...>(), detail::range_of(fragments, range)};
-    result.layers.surface = layers.surface, result.layers.camera = from.camera, result.layers.range = result.range;
-    graph& g = result.layers.topology;
-    g.width = from.camera.width, g.height = from.camera.height;
-    g.resize(count);
-    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
-    result.layers.resize_columns(count);
-    buffer<std::size_t> start(static_cast<std::size_t>(w * h) + 1, 0);
-    for (const detail::fragment& f : fragments) ++start[f.position + 1];
-    for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
-
-    const double last = 1.0 / static_cast<double>(result.range.z_far);
-    const double span = 1.0 / static_cast<double>(result.range.z_near) - last;
-    parallel_for(threads, count, 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const detail::fragment& f = fragments[i];
-            g.x[i] = static_cast<std::int32_t>(f.position % static_cast<std::size_t>(w));
-            g.y[i] = static_cast<std::int32_t>(f.position / static_cast<std::size_t>(w));
-            (detail::copy_pixel(layers.template column<Columns>(), f.where.pixel, result.layers.template column<Columns>(), i,
-                                Columns::channels),
-             ...);
-            result.layers.template column<disparity_column>()[i] =
-                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            const std::array<std::uint8_t, 3> color = detail::color_within_pixel(layers, f.where.pixel, f.u, f.v);
-            std::copy(color.begin(), color.end(),
-                      result.layers.template column<color_column>().begin() + static_cast<std::ptrdiff_t>(3 * i));
-        }
-    });
-    const detail::surface_walk walk(layers.topology, squares);
-    for (std::size_t i = 0; i < count; ++i)
-        for (const side s : {side::right, side::down}) {
-            const std::int32_t x = g.x[i], y = g.y[i];
-            if (s == side::right ? x + 1 == g.width : y + 1 == g.height) continue;
-            const detail::surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
-            if (end.pixel == no_pixel) continue;
-            const std::size_t position = fragments[i].position + (s == side::right ? 1 : static_cast<std::size_t>(w));
-            std::size_t there = start[position];
-            while (there < start[position + 1] && fragments[there].where != end) ++there;
-            LDI_ASSERT(there < start[position + 1]);
-            g.link(static_cast<std::int32_t>(i), s, static_cast<std::int32_t>(there));
-        }
-    result.layers.reorder(canonical_order(g, result.layers.template column<disparity_column>()));
+    const detail::pixel_squares squares(layers, taken_from, from, 1, options.z_near);
+    const buffer<detail::fragment> fragments =
+        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology.count(), threads);
+    if (fragments.size() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
+        raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
+    layered_image<Columns...> result = detail::pixels_of(fragments, layers, from.camera, threads);
+    detail::link_neighbors(result.topology, fragments, detail::surface_walk(layers.topology, squares));
+    result.reorder(canonical_order(result.topology, result.template column<disparity_column>()));
     return result;
-}
-
-template <payload_column... Columns>
-peeled_layers<layered_image<Columns...>> peel(const layered_image<Columns...>& layers, const view& taken_from,
-                                              const depth_range& range, const view& from, const peel_options& options = {}) {
-    serial_executor serial;
-    return peel(layers, taken_from, range, from, options, serial);
 }
 
 }  // namespace ldi
 
 // ---- ldi/render/stereo.hpp
-// What renderings are put together to: pairs for two eyes, and depth maps.
+// Pictures made from renderings: pairs for two eyes, and depth maps.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
 /// half the distance between two eyes for each.
@@ -15474,7 +16618,7 @@ inline view beside(view from, float distance) {
 /// by `share` of the picture's width. A thirtieth is comfortable to look at.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
-    return parallax > 0 ? share * static_cast<float>(camera.width) / parallax : 0.0F;
+    return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
 }
 
 namespace detail {
@@ -15515,7 +16659,7 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 }
 
 /// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
-/// 65,535 at the near end; 0 where nothing is.
+/// 65,535 at the near end; 0 where nothing was drawn.
 ///
 /// depth  H x W x 1, infinity where nothing is
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {
@@ -15531,14 +16675,1529 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
 
 }  // namespace ldi
 
+// ---- ldi/formats/detail/json_reader.hpp
+// Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
+// the caller allows and strings that are not UTF-8 are refused.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+enum class json_kind { none, null, boolean, number, string, array, object };
+
+/// A value as it stands in its text, without the white space around it.
+struct json_value {
+    json_kind kind = json_kind::none;
+    std::string_view text = "nothing";
+};
+
+/// Is told of the parts of an object or array. A pointer, so that the reader is compiled once.
+using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
+
+/// 0 to 15, or 16 for what is no hexadecimal digit.
+inline std::uint32_t hexadecimal_value(char c) {
+    if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
+    if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
+    return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
+}
+
+/// Appends what a checked string, given with its quotes, stands for.
+inline void append_unescaped(std::string_view written, buffer<char>& to) {
+    const auto code_at = [&](std::size_t i) {
+        std::uint32_t code = 0;
+        for (std::size_t digit = 0; digit < 4; ++digit) code = code * 16 + hexadecimal_value(written[i + digit]);
+        return code;
+    };
+    for (std::size_t i = 1; i + 1 < written.size(); ++i) {
+        if (written[i] != '\\') {
+            to.push_back(written[i]);
+            continue;
+        }
+        const char escape = written[++i];
+        if (escape != 'u') {
+            constexpr std::string_view escapes = "bfnrt", meant = "\b\f\n\r\t";
+            const std::size_t found = escapes.find(escape);
+            to.push_back(found == std::string_view::npos ? escape : meant[found]);
+            continue;
+        }
+        std::uint32_t code = code_at(i + 1);
+        i += 4;
+        if (code >= 0xD800 && code < 0xDC00) {
+            code = 0x10000 + ((code - 0xD800) << 10) + (code_at(i + 3) - 0xDC00);
+            i += 6;
+        }
+        const auto put = [&](std::uint32_t byte) { to.push_back(static_cast<char>(byte)); };
+        if (code < 0x80) {
+            put(code);
+        } else {
+            const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+            put((0xFF00U >> (more + 1) & 0xFF) | code >> (6 * more));
+            for (int rest = more - 1; rest >= 0; --rest) put(0x80 | (code >> (6 * rest) & 0x3F));
+        }
+    }
+}
+
+/// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
+class json_reader {
+public:
+    /// most_depth  how deep objects and arrays may stand in each other
+    json_reader(std::string_view text, int most_depth, std::string where)
+        : text_(text), most_depth_(most_depth), where_(std::move(where)) {}
+
+    /// The one object that the text consists of.
+    json_value whole_object() {
+        skip_space();
+        if (peek() != '{') fail("a JSON object");
+        const json_value result = read_value(0);
+        skip_space();
+        if (at_ != text_.size()) fail("nothing after the JSON object");
+        return result;
+    }
+
+    /// Calls visit(to, name as it is written, value) for the members of the object that the text begins with.
+    void walk_object(int depth, json_visitor visit, void* to) {
+        names seen;
+        enter(depth);
+        for (bool first = true; !leave('}', first, "a name or } in a JSON object"); first = false) {
+            if (peek() != '"') fail("a name in a JSON object");
+            const std::string_view name = read_string();
+            seen.add(name);
+            skip_space();
+            if (peek() != ':') fail("a colon after a name");
+            ++at_;
+            skip_space();
+            const json_value value = read_value(depth + 1);
+            if (visit != nullptr) visit(to, name, value);
+        }
+        seen.check(where_);
+    }
+
+    /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
+    void walk_array(int depth, json_visitor visit, void* to) {
+        enter(depth);
+        for (bool first = true; !leave(']', first, "a value or ] in a JSON array"); first = false) {
+            const json_value value = read_value(depth + 1);
+            if (visit != nullptr) visit(to, {}, value);
+        }
+    }
+
+private:
+    /// The names of one object, to find one that comes twice.
+    class names {
+    public:
+        void add(std::string_view written) {
+            append_unescaped(written, letters_);
+            ends_.push_back(letters_.size());
+        }
+        void check(const std::string& where) const {
+            buffer<std::string_view> sorted;
+            for (std::size_t i = 0; i < ends_.size(); ++i) {
+                const std::size_t begin = i == 0 ? 0 : ends_[i - 1];
+                sorted.emplace_back(letters_.data() + begin, ends_[i] - begin);
+            }
+            std::sort(sorted.begin(), sorted.end());
+            const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+        }
+
+    private:
+        buffer<char> letters_;
+        buffer<std::size_t> ends_;
+    };
+
+    [[noreturn]] void fail(const char* expected) const {
+        raise(error_code::invalid_data, where_ + ", byte " + std::to_string(at_) + " of its JSON", expected,
+              at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
+    }
+
+    /// The next byte; 0, which stands nowhere in JSON, at the end.
+    char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+
+    void skip_space() {
+        while (peek() == ' ' || peek() == '\t' || peek() == '\n' || peek() == '\r') ++at_;
+    }
+
+    void enter(int depth) {
+        if (depth >= most_depth_)
+            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(most_depth_) + " deep",
+                  "deeper nesting");
+        ++at_;
+    }
+
+    /// Whether the object or array ends here; if not, stands before its next part.
+    bool leave(char closing, bool first, const char* expected) {
+        skip_space();
+        if (peek() == closing) {
+            ++at_;
+            return true;
+        }
+        if (first) {
+            if (peek() == '\0') fail(expected);
+            return false;
+        }
+        if (peek() != ',') fail(closing == '}' ? "a comma or } in a JSON object" : "a comma or ] in a JSON array");
+        ++at_;
+        skip_space();
+        return false;
+    }
+
+    json_value read_value(int depth) {
+        const std::size_t begin = at_;
+        json_kind kind = json_kind::number;
+        switch (peek()) {
+            case '{': kind = json_kind::object, walk_object(depth, nullptr, nullptr); break;
+            case '[': kind = json_kind::array, walk_array(depth, nullptr, nullptr); break;
+            case '"': kind = json_kind::string, read_string(); break;
+            case 't': kind = json_kind::boolean, read_word("true"); break;
+            case 'f': kind = json_kind::boolean, read_word("false"); break;
+            case 'n': kind = json_kind::null, read_word("null"); break;
+            default: read_number();
+        }
+        return {kind, text_.substr(begin, at_ - begin)};
+    }
+
+    void read_word(std::string_view word) {
+        if (text_.substr(at_, word.size()) != word) fail("a JSON value");
+        at_ += word.size();
+    }
+
+    void read_digits(const char* expected) {
+        if (peek() < '0' || peek() > '9') fail(expected);
+        while (peek() >= '0' && peek() <= '9') ++at_;
+    }
+
+    void read_number() {
+        const bool negative = peek() == '-';
+        if (negative) ++at_;
+        if (peek() == '0')
+            ++at_;
+        else
+            read_digits(negative ? "a digit" : "a JSON value");
+        if (peek() == '.') {
+            ++at_;
+            read_digits("a digit after the point");
+        }
+        if (peek() == 'e' || peek() == 'E') {
+            ++at_;
+            if (peek() == '+' || peek() == '-') ++at_;
+            read_digits("a digit of an exponent");
+        }
+    }
+
+    /// A string with its quotes.
+    std::string_view read_string() {
+        const std::size_t begin = at_++;
+        while (peek() != '"') {
+            if (at_ == text_.size()) fail("a quote that ends a string");
+            if (peek() == '\\')
+                read_escape();
+            else
+                read_character();
+        }
+        ++at_;
+        return text_.substr(begin, at_ - begin);
+    }
+
+    void read_escape() {
+        ++at_;
+        if (peek() != 'u') {
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            ++at_;
+            return;
+        }
+        const std::uint32_t code = read_code();
+        if (code >= 0xDC00 && code < 0xE000) fail("the first half of a pair of escapes before the second");
+        if (code < 0xD800 || code >= 0xDC00) return;
+        if (peek() != '\\') fail("the second half of a pair of escapes");
+        ++at_;
+        if (peek() != 'u') fail("the second half of a pair of escapes");
+        const std::uint32_t second = read_code();
+        if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
+    }
+
+    /// The four digits after the u of an escape.
+    std::uint32_t read_code() {
+        std::uint32_t code = 0;
+        for (int digit = 0; digit < 4; ++digit) {
+            ++at_;
+            const std::uint32_t value = hexadecimal_value(peek());
+            if (value == 16) fail("four hexadecimal digits");
+            code = code * 16 + value;
+        }
+        ++at_;
+        return code;
+    }
+
+    /// One character of UTF-8 (RFC 3629): the shortest form of a code point that is not half of a pair.
+    void read_character() {
+        const auto byte = [&](std::size_t i) {
+            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
+        };
+        const unsigned lead = byte(0);
+        if (lead < 0x20) fail("no control characters in a string");
+        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+        if (lead == 0xED) good = good && byte(1) < 0xA0;
+        if (lead == 0xF0) good = good && byte(1) >= 0x90;
+        if (lead == 0xF4) good = good && byte(1) < 0x90;
+        if (!good) fail("UTF-8");
+        at_ += 1 + more;
+    }
+
+    std::string_view text_;
+    std::size_t at_ = 0;
+    int most_depth_;
+    std::string where_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/detail/json.hpp
+// JSON (RFC 8259) as it is read from headers of weight files: a value is a checked piece of the text, and only what is asked for
+// is copied. What is read may come from anybody.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// An object that is a whole text. Errors: invalid_data, naming the byte.
+inline json_value read_json_object(std::string_view text, int most_depth, const std::string& where) {
+    return json_reader(text, most_depth, where).whole_object();
+}
+
+inline std::string unescaped(std::string_view written) {
+    buffer<char> letters;
+    append_unescaped(written, letters);
+    return std::string(letters.data(), letters.size());
+}
+
+/// Calls visit(name, value) for every member of a checked object.
+template <class Visit>
+void for_each_member(const json_value& object, Visit&& visit) {
+    const json_visitor call = [](void* to, std::string_view name, const json_value& value) {
+        (*static_cast<std::remove_reference_t<Visit>*>(to))(unescaped(name), value);
+    };
+    json_reader(object.text, (std::numeric_limits<int>::max)(), std::string()).walk_object(0, call, &visit);
+}
+
+/// Calls visit(value) for every element of a checked array.
+template <class Visit>
+void for_each_element(const json_value& array, Visit&& visit) {
+    const json_visitor call = [](void* to, std::string_view, const json_value& value) {
+        (*static_cast<std::remove_reference_t<Visit>*>(to))(value);
+    };
+    json_reader(array.text, (std::numeric_limits<int>::max)(), std::string()).walk_array(0, call, &visit);
+}
+
+/// The member of that name; of kind `none` where there is none, or where `object` is something else.
+inline json_value json_member(const json_value& object, std::string_view name) {
+    json_value result;
+    if (object.kind != json_kind::object) return result;
+    for_each_member(object, [&](const std::string& found, const json_value& value) {
+        if (found == name) result = value;
+    });
+    return result;
+}
+
+/// A number without sign, point and exponent.
+inline std::optional<std::uint64_t> whole_number(const json_value& value) {
+    if (value.kind != json_kind::number) return std::nullopt;
+    std::uint64_t result = 0;
+    for (const char c : value.text) {
+        if (c < '0' || c > '9') return std::nullopt;
+        const std::uint64_t digit = static_cast<std::uint64_t>(c - '0');
+        if (result > ((std::numeric_limits<std::uint64_t>::max)() - digit) / 10) return std::nullopt;
+        result = result * 10 + digit;
+    }
+    return result;
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/safetensors.hpp
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
+// the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
+// formats/safetensors_file.hpp reads them by name.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
+/// where  names the file in messages
+///
+/// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
+/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
+
+namespace detail {
+
+/// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
+/// Raises mismatch where the metadata have nothing or something else for it.
+inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
+                           const std::string& expected) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end() || found->second != expected)
+        raise(error_code::mismatch, file.where, what + ", " + key + " " + expected + " in its metadata",
+              found == file.metadata.end() ? "none" : printable(found->second));
+}
+
+}  // namespace detail
+
+namespace detail::safetensors {
+
+inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
+inline constexpr std::size_t most_dimensions = 8;
+inline constexpr int most_nesting = 3;  ///< the header, a tensor, its shape
+
+inline std::uint32_t little_endian(const std::byte* bytes, int size) {
+    std::uint32_t value = 0;
+    for (int i = 0; i < size; ++i) value |= std::to_integer<std::uint32_t>(bytes[i]) << (8 * i);
+    return value;
+}
+
+inline float float_from_bits(std::uint32_t bits) {
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// IEEE half precision: a sign, 5 bits of exponent, 10 of fraction.
+inline float half_to_float(std::uint32_t half) {
+    const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
+    if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
+    if (exponent != 0) return float_from_bits(sign | ((exponent + 112) << 23) | (fraction << 13));
+    const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
+    return sign != 0 ? -value : value;
+}
+
+template <class Scalar, class Decode>
+buffer<Scalar> decoded(std::span<const std::byte> bytes, std::size_t scalar_bytes, Decode&& decode) {
+    buffer<Scalar> values(bytes.size() / scalar_bytes);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = decode(bytes.data() + i * scalar_bytes);
+    return values;
+}
+
+/// Bytes of one value; 0 for a type that is not read.
+inline std::size_t scalar_size(std::string_view type) {
+    if (type == "F32" || type == "I32") return 4;
+    if (type == "F16" || type == "BF16") return 2;
+    return type == "I8" || type == "U8" ? 1 : 0;
+}
+
+inline decltype(tensor::values) decode_values(std::span<const std::byte> bytes, std::string_view type) {
+    if (type == "F32") return decoded<float>(bytes, 4, [](const std::byte* b) { return float_from_bits(little_endian(b, 4)); });
+    if (type == "F16") return decoded<float>(bytes, 2, [](const std::byte* b) { return half_to_float(little_endian(b, 2)); });
+    if (type == "BF16")
+        return decoded<float>(bytes, 2, [](const std::byte* b) { return float_from_bits(little_endian(b, 2) << 16); });
+    if (type == "I32")
+        return decoded<std::int32_t>(bytes, 4, [](const std::byte* b) { return static_cast<std::int32_t>(little_endian(b, 4)); });
+    if (type == "I8")
+        return decoded<std::int8_t>(bytes, 1, [](const std::byte* b) { return static_cast<std::int8_t>(little_endian(b, 1)); });
+    return decoded<std::uint8_t>(bytes, 1, [](const std::byte* b) { return std::to_integer<std::uint8_t>(*b); });
+}
+
+/// Where the values of a tensor lie, as the header has it.
+struct entry {
+    std::string name, type;
+    buffer<std::size_t> shape;
+    std::size_t begin = 0, end = 0;
+};
+
+/// One line of the header, each part checked against the rest and against the size of the data.
+inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
+    const std::string here = where + ", tensor " + printable(name);
+    const auto part = [&](const char* key, bool is_right_kind) {
+        if (!is_right_kind) raise(error_code::invalid_data, here, std::string(key) + " as the format has it", "another or none");
+    };
+    const auto sizes = [&](const char* key, std::size_t most) {
+        const json_value values = json_member(line, key);
+        part(key, values.kind == json_kind::array);
+        buffer<std::size_t> result;
+        for_each_element(values, [&](const json_value& value) {
+            const std::optional<std::uint64_t> size = whole_number(value);
+            part(key, result.size() < most && size && *size <= (std::numeric_limits<std::size_t>::max)());
+            result.push_back(static_cast<std::size_t>(*size));
+        });
+        return result;
+    };
+    entry result;
+    result.name = name;
+    const json_value type = json_member(line, "dtype");
+    part("dtype", type.kind == json_kind::string);
+    result.type = unescaped(type.text);
+    result.shape = sizes("shape", most_dimensions);
+    const buffer<std::size_t> offsets = sizes("data_offsets", 2);
+    int members = 0;
+    for_each_member(line, [&](const std::string&, const json_value&) { ++members; });
+    part("data_offsets", offsets.size() == 2 && members == 3);
+    result.begin = offsets[0], result.end = offsets[1];
+
+    const std::size_t scalar_bytes = scalar_size(result.type);
+    if (scalar_bytes == 0) raise(error_code::unsupported, here, "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
+    if (result.begin > result.end || result.end > data_bytes)
+        raise(error_code::invalid_data, here, "values inside the " + std::to_string(data_bytes) + " bytes of data",
+              "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
+    std::size_t needed = scalar_bytes;
+    for (std::size_t length : result.shape) {
+        if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
+            raise(error_code::too_large, here, "a shape that fits into memory", shape_text(result.shape));
+        needed *= length;
+    }
+    if (needed != result.end - result.begin)
+        raise(error_code::invalid_data, here,
+              std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
+              std::to_string(result.end - result.begin));
+    return result;
+}
+
+inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
+    if (line.kind != json_kind::object)
+        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+    decltype(named_tensors::metadata) result;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        if (value.kind != json_kind::string)
+            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+        result.emplace(key, unescaped(value.text));
+    });
+    return result;
+}
+
+}  // namespace detail::safetensors
+
+inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
+    using namespace detail::safetensors;
+    if (bytes.size() < 8)
+        raise(error_code::invalid_data, where, "8 bytes of header length", std::to_string(bytes.size()) + " bytes");
+    const std::uint64_t header_bytes = little_endian(bytes.data(), 4) | (std::uint64_t{little_endian(bytes.data() + 4, 4)} << 32);
+    if (header_bytes > bytes.size() - 8)
+        raise(error_code::invalid_data, where, "a header of " + std::to_string(header_bytes) + " bytes",
+              std::to_string(bytes.size() - 8) + " bytes in all");
+    if (header_bytes > most_header_bytes)
+        raise(error_code::too_large, where, "a header of at most " + std::to_string(most_header_bytes) + " bytes",
+              std::to_string(header_bytes));
+    const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
+    const std::span<const std::byte> data = bytes.subspan(8 + text_bytes);
+
+    named_tensors result;
+    result.where = where;
+    buffer<entry> entries;
+    const detail::json_value header = detail::read_json_object(text, most_nesting, where);
+    detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
+        if (name == "__metadata__")
+            result.metadata = checked_metadata(line, where);
+        else
+            entries.push_back(checked_entry(name, line, data.size(), where));
+    });
+
+    // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
+    std::sort(entries.begin(), entries.end(),
+              [](const entry& a, const entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+    std::size_t filled = 0;
+    for (const entry& e : entries) {
+        if (e.begin != filled)
+            raise(error_code::invalid_data, where + ", tensor " + detail::printable(e.name),
+                  "values from byte " + std::to_string(filled) + " on, where those before end",
+                  "byte " + std::to_string(e.begin));
+        filled = e.end;
+    }
+    if (filled != data.size())
+        raise(error_code::invalid_data, where, "tensors that fill " + std::to_string(data.size()) + " bytes of data",
+              std::to_string(filled));
+    for (entry& e : entries) {
+        decltype(tensor::values) values = decode_values(data.subspan(e.begin, e.end - e.begin), e.type);
+        result.tensors.emplace(std::move(e.name), tensor{std::move(e.shape), std::move(values)});
+    }
+    return result;
+}
+
+}  // namespace ldi
+
+// ---- ldi/formats/farbrausch.hpp
+// Reads the inpainting network from the bytes of a safetensors file as examples/training/farbrausch/export.py writes it: ten
+// convolutions, and in the metadata what kind of network they are. formats/farbrausch_file.hpp reads it by name.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
+farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
+                             arithmetic kind = arithmetic::float32, isa target = best_isa());
+
+namespace detail {
+
+/// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
+inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors& file, const std::string& where) {
+    const auto found = file.metadata.find("architecture");
+    if (found == file.metadata.end())
+        raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
+    const std::string here = where + ", architecture";
+    const json_value text = read_json_object(found->second, 3, here);
+
+    // What would change the arithmetic and is the same in all networks of this kind, as the exporter writes it.
+    constexpr std::string_view fixed[][2] = {{"name", "\"farbrausch\""},
+                                             {"version", "1"},
+                                             {"layout", "\"out,in,height,width\""},
+                                             {"inputs", "\"red, green, blue of fill - tone, known\""},
+                                             {"output", "\"red, green, blue, to be added to fill\""},
+                                             {"colour_range", "1.0"},
+                                             {"decoder_kernel", "3"},
+                                             {"decoder_inputs", "\"upsampled, skip\""},
+                                             {"encoder_activation", "\"relu\""},
+                                             {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
+    for (const auto& [key, value] : fixed)
+        if (const json_value is = json_member(text, key); is.text != value)
+            raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), printable(is.text));
+
+    const auto number = [&](const json_value& value, const char* key) {
+        const std::optional<std::uint64_t> size = whole_number(value);
+        if (!size || *size > std::uint64_t{1} << 20)
+            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(value.text));
+        return static_cast<std::int32_t>(*size);
+    };
+    const auto each_of = [&](const char* key, auto&& visit) {
+        const json_value list = json_member(text, key);
+        if (list.kind != json_kind::array)
+            raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
+        for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
+    };
+    farbrausch_architecture result;
+    result.channels.clear(), result.kernels.clear();
+    each_of("channels", [&](std::int32_t channels) { result.channels.push_back(static_cast<std::size_t>(channels)); });
+    each_of("kernels", [&](std::int32_t kernel) { result.kernels.push_back(kernel); });
+    result.growth = number(json_member(text, "growth"), "growth");
+    return result;
+}
+
+}  // namespace detail
+
+inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    for (const auto& [key, expected] : {std::pair{"format", "ldi"}, std::pair{"name", "farbrausch"}})
+        detail::check_metadata(file, "an inpainting network", key, expected);
+    farbrausch_architecture architecture = detail::parse_farbrausch_architecture(file, where);
+    return farbrausch(file, std::move(architecture), kind, target);
+}
+
+}  // namespace ldi
+
+// ---- ldi/formats/detail/decimal.hpp
+// Writes a number in decimal with as few digits as read back to the same number, whatever the locale: Grisu2 of Florian Loitsch,
+// "Printing Floating-Point Numbers Quickly and Accurately with Integers" (PLDI 2010). The digits are those of nlohmann/json,
+// whose way of rounding at ties it keeps. std::to_chars is not in every standard library that ldi is compiled with.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// significand * 2^exponent
+struct binary_number {
+    std::uint64_t significand;
+    int exponent;
+};
+
+/// The upper 64 bits of the product, rounded half up.
+inline binary_number product(binary_number a, binary_number b) {
+    const std::uint64_t a_low = a.significand & 0xFFFFFFFF, a_high = a.significand >> 32;
+    const std::uint64_t b_low = b.significand & 0xFFFFFFFF, b_high = b.significand >> 32;
+    const std::uint64_t outer = a_low * b_high, inner = a_high * b_low;
+    const std::uint64_t middle = (a_low * b_low >> 32) + (outer & 0xFFFFFFFF) + (inner & 0xFFFFFFFF) + (std::uint64_t{1} << 31);
+    return {a_high * b_high + (outer >> 32) + (inner >> 32) + (middle >> 32), a.exponent + b.exponent + 64};
+}
+
+/// The significands of 10^-300, 10^-292, ... 10^324, rounded to 64 bits.
+inline constexpr std::uint64_t powers_of_ten[] = {
+    0xAB70FE17C79AC6CA, 0xFF77B1FCBEBCDC4F, 0xBE5691EF416BD60C, 0x8DD01FAD907FFC3C, 0xD3515C2831559A83, 0x9D71AC8FADA6C9B5,
+    0xEA9C227723EE8BCB, 0xAECC49914078536D, 0x823C12795DB6CE57, 0xC21094364DFB5637, 0x9096EA6F3848984F, 0xD77485CB25823AC7,
+    0xA086CFCD97BF97F4, 0xEF340A98172AACE5, 0xB23867FB2A35B28E, 0x84C8D4DFD2C63F3B, 0xC5DD44271AD3CDBA, 0x936B9FCEBB25C996,
+    0xDBAC6C247D62A584, 0xA3AB66580D5FDAF6, 0xF3E2F893DEC3F126, 0xB5B5ADA8AAFF80B8, 0x87625F056C7C4A8B, 0xC9BCFF6034C13053,
+    0x964E858C91BA2655, 0xDFF9772470297EBD, 0xA6DFBD9FB8E5B88F, 0xF8A95FCF88747D94, 0xB94470938FA89BCF, 0x8A08F0F8BF0F156B,
+    0xCDB02555653131B6, 0x993FE2C6D07B7FAC, 0xE45C10C42A2B3B06, 0xAA242499697392D3, 0xFD87B5F28300CA0E, 0xBCE5086492111AEB,
+    0x8CBCCC096F5088CC, 0xD1B71758E219652C, 0x9C40000000000000, 0xE8D4A51000000000, 0xAD78EBC5AC620000, 0x813F3978F8940984,
+    0xC097CE7BC90715B3, 0x8F7E32CE7BEA5C70, 0xD5D238A4ABE98068, 0x9F4F2726179A2245, 0xED63A231D4C4FB27, 0xB0DE65388CC8ADA8,
+    0x83C7088E1AAB65DB, 0xC45D1DF942711D9A, 0x924D692CA61BE758, 0xDA01EE641A708DEA, 0xA26DA3999AEF774A, 0xF209787BB47D6B85,
+    0xB454E4A179DD1877, 0x865B86925B9BC5C2, 0xC83553C5C8965D3D, 0x952AB45CFA97A0B3, 0xDE469FBD99A05FE3, 0xA59BC234DB398C25,
+    0xF6C69A72A3989F5C, 0xB7DCBF5354E9BECE, 0x88FCF317F22241E2, 0xCC20CE9BD35C78A5, 0x98165AF37B2153DF, 0xE2A0B5DC971F303A,
+    0xA8D9D1535CE3B396, 0xFB9B7CD9A4A7443C, 0xBB764C4CA7A44410, 0x8BAB8EEFB6409C1A, 0xD01FEF10A657842C, 0x9B10A4E5E9913129,
+    0xE7109BFBA19C0C9D, 0xAC2820D9623BF429, 0x80444B5E7AA7CF85, 0xBF21E44003ACDD2D, 0x8E679C2F5E44FF8F, 0xD433179D9C8CB841,
+    0x9E19DB92B4E31BA9,
+};
+
+/// Digits of a number: 0.d1d2d3... * 10^point
+struct decimal_digits {
+    char digits[20];
+    int count = 0, point = 0;
+};
+
+/// Moves the last digit down while that leads nearer to the number, which lies `distance` below the upper bound of what reads
+/// back as it. All four are in units of the last place of the scaled number; `interval` is the width of what reads back.
+inline void round_last_digit(decimal_digits& result, std::uint64_t distance, std::uint64_t interval, std::uint64_t rest,
+                             std::uint64_t unit) {
+    while (rest < distance && interval - rest >= unit && (rest + unit < distance || distance - rest > rest + unit - distance)) {
+        --result.digits[result.count - 1];
+        rest += unit;
+    }
+}
+
+/// Digits of `upper`, until what is left lies inside `interval`. The exponent of `upper` is -60 to -32; decimal  of the power of
+/// ten that it is to be multiplied by.
+inline decimal_digits shortest_within(binary_number upper, std::uint64_t distance, std::uint64_t interval, int decimal) {
+    const int fraction_bits = -upper.exponent;
+    std::uint64_t whole = upper.significand >> fraction_bits;
+    std::uint64_t fraction = upper.significand & ((std::uint64_t{1} << fraction_bits) - 1);
+    std::uint64_t power = 1;
+    int left = 1;
+    for (; whole / power >= 10; power *= 10) ++left;
+
+    decimal_digits result;
+    result.point = decimal + left;
+    const auto put = [&](std::uint64_t digit) { result.digits[result.count++] = static_cast<char>('0' + digit); };
+    for (; left > 0; --left, power /= 10) {
+        put(whole / power);
+        whole %= power;
+        const std::uint64_t rest = (whole << fraction_bits) + fraction;
+        if (rest <= interval) {
+            round_last_digit(result, distance, interval, rest, power << fraction_bits);
+            return result;
+        }
+    }
+    do {
+        fraction *= 10, interval *= 10, distance *= 10;
+        put(fraction >> fraction_bits);
+        fraction &= (std::uint64_t{1} << fraction_bits) - 1;
+    } while (fraction > interval);
+    round_last_digit(result, distance, interval, fraction, std::uint64_t{1} << fraction_bits);
+    return result;
+}
+
+/// value  finite, above 0
+inline decimal_digits shortest_digits(double value) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    const std::uint64_t hidden_bit = std::uint64_t{1} << 52, fraction = bits & (hidden_bit - 1);
+    const int biased = static_cast<int>(bits >> 52);
+    const binary_number exact =
+        biased == 0 ? binary_number{fraction, -1074} : binary_number{fraction + hidden_bit, biased - 1075};
+
+    // Everything between the middles to the neighbors reads back as the value. Below a power of two they are closer.
+    const bool is_closer_below = fraction == 0 && biased > 1;
+    binary_number high{2 * exact.significand + 1, exact.exponent - 1}, middle = exact;
+    binary_number low{(is_closer_below ? 4 : 2) * exact.significand - 1, exact.exponent - (is_closer_below ? 2 : 1)};
+    while (high.significand >> 63 == 0) high.significand <<= 1, --high.exponent;
+    low.significand <<= low.exponent - high.exponent, low.exponent = high.exponent;
+    middle.significand <<= middle.exponent - high.exponent, middle.exponent = high.exponent;
+
+    // The power of ten that brings the exponent to -60 to -32, where the digits before the point fit into 32 bits.
+    const int needed = -61 - high.exponent;
+    const int smallest = (needed * 78913) / (1 << 18) + (needed > 0 ? 1 : 0);
+    const int index = (300 + smallest + 7) / 8, decimal = 8 * index - 300;
+    const binary_number power{powers_of_ten[index], (decimal * 217706 >> 16) - 63};
+    low = product(low, power), middle = product(middle, power), high = product(high, power);
+    // The products are off by at most one unit.
+    ++low.significand, --high.significand;
+    return shortest_within(high, high.significand - middle.significand, high.significand - low.significand, -decimal);
+}
+
+/// Appends a number as nlohmann/json writes it: 1.5, 100.0, 0.001, 1e-05. value  finite
+inline void append_decimal(buffer<char>& to, double value) {
+    LDI_ASSERT(std::isfinite(value));
+    const auto put = [&](std::string_view text) { to.append(text.begin(), text.end()); };
+    if (std::signbit(value)) put("-");
+    if (std::fpclassify(value) == FP_ZERO) return put("0.0");
+    const decimal_digits found = shortest_digits(std::fabs(value));
+    const std::string_view digits(found.digits, static_cast<std::size_t>(found.count));
+    const auto zeros = [&](int count) { to.resize(to.size() + static_cast<std::size_t>(count), '0'); };
+    if (found.point > 15 || found.point <= -4) {
+        put(digits.substr(0, 1));
+        if (found.count > 1) put("."), put(digits.substr(1));
+        const int exponent = found.point - 1, size = exponent < 0 ? -exponent : exponent;
+        put(exponent < 0 ? "e-" : "e+");
+        const auto put_digit = [&](int digit) { to.push_back(static_cast<char>('0' + digit)); };
+        if (size >= 100) put_digit(size / 100);
+        put_digit(size / 10 % 10), put_digit(size % 10);
+    } else if (found.point <= 0) {
+        put("0."), zeros(-found.point), put(digits);
+    } else if (found.point >= found.count) {
+        put(digits), zeros(found.point - found.count), put(".0");
+    } else {
+        const std::size_t whole = static_cast<std::size_t>(found.point);
+        put(digits.substr(0, whole)), put("."), put(digits.substr(whole));
+    }
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/detail/checksums.hpp
+// The checksums of PNG and zlib (ISO 3309 / RFC 1952 CRC-32, RFC 1950 Adler-32).
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
+using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
+
+constexpr crc32_rows make_crc32_rows() {
+    crc32_rows rows{};
+    for (std::uint32_t byte = 0; byte < 256; ++byte) {
+        std::uint32_t remainder = byte;
+        for (int bit = 0; bit < 8; ++bit) remainder = (remainder >> 1) ^ ((remainder & 1) != 0 ? 0xEDB88320 : 0);
+        rows[0][byte] = remainder;
+    }
+    for (std::size_t row = 1; row < 8; ++row)
+        for (std::size_t byte = 0; byte < 256; ++byte)
+            rows[row][byte] = (rows[row - 1][byte] >> 8) ^ rows[0][rows[row - 1][byte] & 255];
+    return rows;
+}
+
+inline std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0) {
+    static const crc32_rows rows = make_crc32_rows();
+    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
+    std::uint32_t remainder = ~before;
+    std::size_t i = 0;
+    for (; i + 8 <= bytes.size(); i += 8) {
+        const std::uint32_t first = remainder ^ (at(i) | at(i + 1) << 8 | at(i + 2) << 16 | at(i + 3) << 24);
+        remainder = rows[7][first & 255] ^ rows[6][first >> 8 & 255] ^ rows[5][first >> 16 & 255] ^ rows[4][first >> 24] ^
+                    rows[3][at(i + 4)] ^ rows[2][at(i + 5)] ^ rows[1][at(i + 6)] ^ rows[0][at(i + 7)];
+    }
+    for (; i < bytes.size(); ++i) remainder = (remainder >> 8) ^ rows[0][(remainder ^ at(i)) & 255];
+    return ~remainder;
+}
+
+inline std::uint32_t adler32(std::span<const std::byte> bytes) {
+    constexpr std::uint32_t modulus = 65521;
+    constexpr std::size_t most_at_once = 5552;  // before the second sum could exceed 32 bits
+    std::uint32_t sum = 1, sum_of_sums = 0;
+    while (!bytes.empty()) {
+        const std::size_t count = (std::min)(bytes.size(), most_at_once);
+        for (const std::byte byte : bytes.first(count)) sum += std::to_integer<std::uint32_t>(byte), sum_of_sums += sum;
+        sum %= modulus, sum_of_sums %= modulus;
+        bytes = bytes.subspan(count);
+    }
+    return sum_of_sums << 16 | sum;
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/detail/picture_format.hpp
+// Facts about a picture file, read from its own bytes before anything is decoded or allocated: format, size, bit depth, the place
+// of its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that
+// all of the picture is there; these functions do.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+enum class picture_format { jpeg, png };
+
+/// The facts of a complete JPEG or PNG file.
+struct picture_header {
+    picture_format format = picture_format::jpeg;
+    std::size_t width = 0, height = 0;  ///< as stored, in pixels
+    std::size_t bits = 8;               ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::span<const std::byte> exif;    ///< a TIFF structure; empty if there is none
+};
+
+inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
+
+inline std::uint32_t big_endian_16(std::span<const std::byte> bytes, std::size_t i) {
+    return byte_at(bytes, i) << 8 | byte_at(bytes, i + 1);
+}
+
+inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t i) {
+    return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
+}
+
+/// Whether `text` stands at offset i.
+inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
+    return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
+}
+
+inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
+inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
+
+/// A name for what the first bytes say, as error messages need it: "a GIF file".
+inline std::string describe_format(std::span<const std::byte> bytes) {
+    struct signature {
+        std::size_t offset;
+        std::string_view text, name;
+    };
+    using namespace std::string_view_literals;
+    static constexpr signature signatures[] = {
+        {0, "\xFF\xD8\xFF"sv, "a JPEG file"},
+        {0, "\x89PNG\r\n\x1A\n"sv, "a PNG file"},
+        {0, "GIF8"sv, "a GIF file"},
+        {8, "WEBP"sv, "a WebP file"},
+        {4, "ftypavif"sv, "an AVIF file"},
+        {4, "ftypavis"sv, "an AVIF file"},
+        {4, "ftyphe"sv, "a HEIC file"},
+        {4, "ftypm"sv, "a HEIC or MP4 file"},
+        {4, "ftyp"sv, "a video file"},
+        {4, "JXL "sv, "a JPEG XL file"},
+        {0, "\xFF\x0A"sv, "a JPEG XL file"},
+        {4, "jP  "sv, "a JPEG 2000 file"},
+        {0, "\xFF\x4F\xFF\x51"sv, "a JPEG 2000 file"},
+        {0, "II*\0"sv, "a TIFF or raw camera file"},
+        {0, "MM\0*"sv, "a TIFF or raw camera file"},
+        {0, "8BPS"sv, "a Photoshop file"},
+        {0, "BM"sv, "a BMP file"},
+        {0, "\x76\x2F\x31\x01"sv, "an OpenEXR file"},
+        {0, "#?RADIANCE"sv, "a Radiance HDR file"},
+        {0, "PF"sv, "a color PFM file"},
+        {0, "Pf"sv, "a PFM file"},
+        {0, "\x93NUMPY"sv, "an NPY file"},
+        {0, "%PDF"sv, "a PDF file"},
+        {0, "PK\x03\x04"sv, "a ZIP archive"},
+        {0, "glTF"sv, "a GLB file"},
+    };
+    if (bytes.empty()) return "an empty file";
+    for (const signature& s : signatures)
+        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
+    return std::to_string(bytes.size()) + " bytes of an unknown format";
+}
+
+/// Raises the error for a damaged file.
+[[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
+    raise(error_code::invalid_data, where, format == picture_format::jpeg ? "an undamaged JPEG file" : "an undamaged PNG file",
+          found);
+}
+
+/// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
+/// not.
+inline bool are_huffman_tables(std::span<const std::byte> body) {
+    while (!body.empty()) {
+        if (body.size() < 17) return false;
+        std::size_t codes = 0;
+        for (std::size_t i = 1; i <= 16; ++i) codes += byte_at(body, i);
+        if (codes > 256 || body.size() < 17 + codes) return false;
+        body = body.subspan(17 + codes);
+    }
+    return true;
+}
+
+/// Walks the segments of a JPEG file up to the end of its first picture.
+class jpeg_header_reader {
+public:
+    jpeg_header_reader(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {
+        header_.format = picture_format::jpeg;
+    }
+
+    picture_header read() {
+        for (std::size_t at = 2;;) {
+            at = find_marker(at);
+            if (at + 1 >= bytes_.size()) broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
+            const unsigned marker = byte_at(bytes_, at + 1);
+            at += 2;
+            if (marker == 0xD9) break;
+            if (at + 2 > bytes_.size()) broken("a segment that is cut off");
+            const std::size_t length = big_endian_16(bytes_, at);
+            if (length < 2 || at + length > bytes_.size()) broken("a segment that is cut off");
+            read_segment(marker, bytes_.subspan(at + 2, length - 2));
+            at += length;
+        }
+        if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
+        // Without Adobe's marker nothing says whether 0 or 255 is full ink, nor whether it is ink at all.
+        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
+        // A block of at most 256 pixels of one channel takes at least a bit.
+        if (header_.width * header_.height / 2048 > bytes_.size())
+            broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
+                   std::to_string(bytes_.size()) + " bytes");
+        return header_;
+    }
+
+private:
+    [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::jpeg, where_, found); }
+    [[noreturn]] void unsupported(const std::string& found) const {
+        raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
+    }
+
+    /// The first marker at `at` or after it, or the end of the file. Cameras leave stray bytes between segments; inside a scan,
+    /// FF 00 is data and FF D0 to FF D7 are restarts.
+    std::size_t find_marker(std::size_t at) const {
+        while (at + 1 < bytes_.size()) {
+            const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
+            if (next == nullptr) break;
+            at = static_cast<std::size_t>(static_cast<const std::byte*>(next) - bytes_.data());
+            const unsigned follower = byte_at(bytes_, at + 1);
+            if (follower != 0xFF && follower != 0 && follower != 1 && (follower < 0xD0 || follower > 0xD8)) return at;
+            at += follower == 0xFF ? 1 : 2;
+        }
+        return bytes_.size();
+    }
+
+    void read_segment(unsigned marker, std::span<const std::byte> body) {
+        if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+            read_frame(marker, body);
+        } else if (marker == 0xDA) {
+            if (components_ == 0) broken("a scan before the frame header");
+            const std::size_t count = body.empty() ? 0 : byte_at(body, 0);
+            if (body.size() != 4 + 2 * count) broken("a scan header of the wrong length");
+            for (std::size_t c = 0; c < count; ++c)
+                unscanned_.erase(std::remove(unscanned_.begin(), unscanned_.end(), byte_at(body, 1 + 2 * c)), unscanned_.end());
+        } else if (marker == 0xC4) {
+            if (!are_huffman_tables(body)) broken("a bad Huffman table");
+        } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
+            header_.exif = body.subspan(6);
+        } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
+            adobe_ = true;
+        }
+    }
+
+    void read_frame(unsigned marker, std::span<const std::byte> body) {
+        if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
+        if (components_ != 0) broken("two pictures in one");
+        if (body.size() < 6) broken("a short frame header");
+        if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
+        header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
+        components_ = byte_at(body, 5);
+        if (header_.height == 0) unsupported("a JPEG that states its height at the end");
+        if (header_.width == 0) broken("a width of 0");
+        if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
+        if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
+        for (std::size_t c = 0; c < components_; ++c) unscanned_.push_back(byte_at(body, 6 + 3 * c));
+    }
+
+    std::span<const std::byte> bytes_;
+    const std::string& where_;
+    picture_header header_;
+    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has filled yet
+    std::size_t components_ = 0;
+    bool adobe_ = false;
+};
+
+/// Raises invalid_data, unsupported.
+inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const std::string& where) {
+    return jpeg_header_reader(bytes, where).read();
+}
+
+/// Walks all chunks of a PNG file and checks the critical ones' checksums. Raises invalid_data, unsupported.
+inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
+    picture_header header;
+    header.format = picture_format::png;
+    std::size_t compressed = 0, bits_per_pixel = 0;
+    bool begun = false, ended = false;
+    for (std::size_t at = 8; !ended;) {
+        if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
+        const std::size_t length = big_endian_32(bytes, at);
+        if (length > bytes.size() - at - 12) broken("a chunk that is cut off");
+        const std::span<const std::byte> type = bytes.subspan(at + 4, 4), body = bytes.subspan(at + 8, length);
+        const bool critical = (byte_at(type, 0) & 0x20) == 0;
+        if (has_text(type, 0, "CgBI"))
+            raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
+        if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
+        if (critical) {
+            if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
+        }
+        if (has_text(type, 0, "IHDR")) {
+            if (begun || length != 13) broken("a bad header");
+            begun = true;
+            header.width = big_endian_32(body, 0), header.height = big_endian_32(body, 4);
+            const std::size_t depth = byte_at(body, 8), color = byte_at(body, 9);
+            static constexpr std::array<std::size_t, 7> channels_of_color_type = {1, 0, 3, 1, 2, 0, 4};
+            const std::size_t channels = color < channels_of_color_type.size() ? channels_of_color_type[color] : 0;
+            const bool depth_fits = depth == 8 || (depth == 16 && color != 3) ||
+                                    ((depth == 1 || depth == 2 || depth == 4) && (color == 0 || color == 3));
+            if (channels == 0 || !depth_fits || byte_at(body, 10) != 0 || byte_at(body, 11) != 0 || byte_at(body, 12) > 1)
+                broken("a bad header");
+            if (header.width == 0 || header.height == 0 || header.width > 0x7FFFFFFF || header.height > 0x7FFFFFFF)
+                broken("a width or height outside PNG's range");
+            header.bits = depth == 16 ? 16 : 8;
+            bits_per_pixel = depth * channels;
+        } else if (has_text(type, 0, "IDAT")) {
+            compressed += length;
+        } else if (has_text(type, 0, "eXIf")) {
+            header.exif = body;
+        } else if (has_text(type, 0, "IEND")) {
+            ended = true;
+        }
+        at += 12 + length;
+    }
+    // Deflate can't shrink anything to less than 1 / 1032.
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
+        broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
+               " bytes of data");
+    return header;
+}
+
+/// Raises unsupported (neither JPEG nor PNG, or a kind of them that is not read), invalid_data (empty, cut off, damaged).
+inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
+    if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
+    if (is_png(bytes)) return read_png_header(bytes, where);
+    raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a JPEG or PNG file",
+          describe_format(bytes));
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/plain_png.hpp
+// Writes PNG files with the standard library alone, so that a texture needs no encoder. Rows are filtered and their bytes coded
+// by one Huffman code, without looking for repetitions: photographs become 4 to 15 % larger than libpng makes them
+// (formats/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
+buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
+
+namespace detail::plain_png {
+
+/// Symbols are the bytes and the end of the data.
+inline constexpr std::size_t symbols = 257, end_of_data = 256;
+inline constexpr int longest_code = 15;
+
+/// Of left, upper and upper left neighbor the one that is nearest to left + upper - upper left.
+inline int paeth(int left, int upper, int upper_left) {
+    const int to_left = std::abs(upper - upper_left), to_upper = std::abs(left - upper_left);
+    const int to_upper_left = std::abs(left + upper - 2 * upper_left);
+    if (to_left <= to_upper && to_left <= to_upper_left) return left;
+    return to_upper <= to_upper_left ? upper : upper_left;
+}
+
+/// Row y after PNG's filter 0 to 4: the differences to what the neighbors predict. Returns the sum of their sizes.
+inline std::size_t filter_row(image_view<const std::uint8_t> picture, std::size_t y, int filter, std::byte* to) {
+    const std::size_t channels = picture.channels(), values = picture.width() * channels;
+    const std::uint8_t *const row = picture.row(y), *const above = y == 0 ? nullptr : picture.row(y - 1);
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < values; ++i) {
+        const int left = i < channels ? 0 : row[i - channels], upper = above == nullptr ? 0 : above[i];
+        const int upper_left = above == nullptr || i < channels ? 0 : above[i - channels];
+        const int predicted[] = {0, left, upper, (left + upper) / 2, paeth(left, upper, upper_left)};
+        const std::uint8_t difference = static_cast<std::uint8_t>(row[i] - predicted[filter]);
+        to[i] = std::byte{difference};
+        sum += difference < 128 ? difference : 256U - difference;
+    }
+    return sum;
+}
+
+/// All rows, each with the number of the filter that makes it smallest before it.
+inline buffer<std::byte> filtered(image_view<const std::uint8_t> picture) {
+    const std::size_t values = picture.width() * picture.channels();
+    buffer<std::byte> result(picture.height() * (values + 1), unset), tried(values, unset);
+    for (std::size_t y = 0; y < picture.height(); ++y) {
+        std::byte* const row = result.data() + y * (values + 1);
+        std::size_t smallest = SIZE_MAX;
+        for (std::uint8_t filter = 0; filter <= 4; ++filter) {
+            const std::size_t sum = filter_row(picture, y, filter, tried.data());
+            if (sum >= smallest) continue;
+            smallest = sum;
+            row[0] = std::byte{filter};
+            std::memcpy(row + 1, tried.data(), values);
+        }
+    }
+    return result;
+}
+
+/// Lengths of Huffman's code for symbols that occur so often, at least two of them at all; 0 for one that does not occur.
+inline std::array<int, symbols> huffman_lengths(const std::array<std::size_t, symbols>& counts) {
+    struct node {
+        std::size_t count, symbol;  // a leaf's symbol
+        std::size_t parent;
+    };
+    std::array<node, 2 * symbols> nodes;
+    std::size_t leaves = 0;
+    for (std::size_t s = 0; s < symbols; ++s)
+        if (counts[s] > 0) nodes[leaves++] = {counts[s], s, 0};
+    std::sort(nodes.data(), nodes.data() + leaves,
+              [](const node& a, const node& b) { return std::pair(a.count, a.symbol) < std::pair(b.count, b.symbol); });
+    // Inner nodes come into being in ascending order, too.
+    std::size_t next_leaf = 0, next_inner = leaves, count = leaves;
+    const auto take_smallest = [&] {
+        const bool is_leaf = next_inner == count || (next_leaf < leaves && nodes[next_leaf].count <= nodes[next_inner].count);
+        const std::size_t taken = is_leaf ? next_leaf++ : next_inner++;
+        nodes[taken].parent = count;
+        return nodes[taken].count;
+    };
+    while (count < 2 * leaves - 1) {
+        const std::size_t first = take_smallest(), second = take_smallest();
+        nodes[count++] = {first + second, 0, 0};
+    }
+    std::array<int, 2 * symbols> depth{};
+    std::array<int, symbols> lengths{};
+    for (std::size_t i = count - 1; i-- > 0;) {
+        depth[i] = depth[nodes[i].parent] + 1;
+        if (i < leaves) lengths[nodes[i].symbol] = depth[i];
+    }
+    return lengths;
+}
+
+/// Lengths of at most 15 bits, as deflate has them.
+inline std::array<int, symbols> code_lengths(std::array<std::size_t, symbols> counts) {
+    for (;;) {
+        const std::array<int, symbols> lengths = huffman_lengths(counts);
+        if (*std::max_element(lengths.begin(), lengths.end()) <= longest_code) return lengths;
+        for (std::size_t& count : counts) count = (count + 1) / 2;  // evens them out; what occurs goes on to occur
+    }
+}
+
+/// The lowest 32 bits of a number, highest byte first.
+inline void put_big_endian(std::byte* to, std::size_t value) {
+    for (int i = 0; i < 4; ++i) to[i] = static_cast<std::byte>(value >> (24 - 8 * i) & 255);
+}
+
+/// Writes numbers of a few bits into bytes, lowest bit first.
+class bit_writer {
+public:
+    explicit bit_writer(buffer<std::byte>& to) : to_(to) {}
+
+    void put(std::uint32_t bits, int count) {
+        waiting_ |= std::uint64_t{bits} << waiting_bits_;
+        for (waiting_bits_ += count; waiting_bits_ >= 8; waiting_bits_ -= 8, waiting_ >>= 8)
+            to_.push_back(static_cast<std::byte>(waiting_ & 255));
+    }
+    /// The last bits, and zeros up to a whole byte.
+    void finish() { put(0, (8 - waiting_bits_) % 8); }
+
+private:
+    buffer<std::byte>& to_;
+    std::uint64_t waiting_ = 0;
+    int waiting_bits_ = 0;
+};
+
+/// Codes go out highest bit first.
+inline std::uint32_t reversed(std::uint32_t code, int bits) {
+    std::uint32_t result = 0;
+    for (int bit = 0; bit < bits; ++bit) result |= (code >> bit & 1) << (bits - 1 - bit);
+    return result;
+}
+
+/// Codes of the lengths, as deflate numbers them: shorter ones first, among equals by symbol.
+inline std::array<std::uint32_t, symbols> codes_of(const std::array<int, symbols>& lengths) {
+    std::array<std::uint32_t, symbols> codes{};
+    std::uint32_t code = 0;
+    for (int length = 1; length <= longest_code; ++length, code <<= 1)
+        for (std::size_t s = 0; s < symbols; ++s)
+            if (lengths[s] == length) codes[s] = reversed(code++, length);
+    return codes;
+}
+
+/// Appends a zlib stream of one deflate block.
+inline void append_compressed(std::span<const std::byte> bytes, buffer<std::byte>& to) {
+    std::array<std::size_t, symbols> counts{};
+    for (const std::byte byte : bytes) ++counts[std::to_integer<std::size_t>(byte)];
+    counts[end_of_data] = 1;
+    const std::array<int, symbols> lengths = code_lengths(counts);
+    const std::array<std::uint32_t, symbols> codes = codes_of(lengths);
+
+    to.push_back(std::byte{0x78}), to.push_back(std::byte{0x01});
+    bit_writer writer(to);
+    writer.put(0b101, 3);  // the last block, with a code of its own
+    // 257 lengths, and 1 of a code for repetitions that is not used; they are numbers of 4 bits, all but 16, 17 and 18 equally
+    // long.
+    writer.put(0, 5), writer.put(0, 5), writer.put(15, 4);
+    for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
+    for (const int length : lengths) writer.put(reversed(static_cast<std::uint32_t>(length), 4), 4);
+    writer.put(0, 4);
+    for (const std::byte byte : bytes) {
+        const std::size_t symbol = std::to_integer<std::size_t>(byte);
+        writer.put(codes[symbol], lengths[symbol]);
+    }
+    writer.put(codes[end_of_data], lengths[end_of_data]);
+    writer.finish();
+    to.resize(to.size() + 4);
+    put_big_endian(to.end() - 4, adler32(bytes));
+}
+
+/// Appends a chunk whose content `append_body` appends.
+template <class AppendBody>
+void append_chunk(buffer<std::byte>& file, std::string_view type, AppendBody&& append_body) {
+    const std::size_t begin = file.size();
+    file.resize(begin + 8);
+    std::memcpy(file.data() + begin + 4, type.data(), 4);
+    append_body();
+    const std::size_t end = file.size();
+    put_big_endian(file.data() + begin, end - begin - 8);
+    const std::uint32_t checksum = crc32({file.data() + begin + 4, end - begin - 4});
+    file.resize(end + 4);
+    put_big_endian(file.data() + end, checksum);
+}
+
+}  // namespace detail::plain_png
+
+inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture) {
+    using namespace detail::plain_png;
+    LDI_ASSERT(!picture.empty() && (picture.channels() == 1 || picture.channels() == 3));
+    constexpr std::size_t most = std::size_t{1} << 30;
+    if (picture.width() > most / picture.channels() / picture.height() || picture.height() > most / 2)
+        raise(error_code::too_large, "encode_plain_png", "a picture below 1 GB",
+              std::to_string(picture.width()) + " x " + std::to_string(picture.height()) + " pixels");
+    constexpr std::string_view signature = "\x89PNG\r\n\x1A\n";
+    buffer<std::byte> file(signature.size());
+    std::memcpy(file.data(), signature.data(), signature.size());
+    append_chunk(file, "IHDR", [&] {
+        const std::size_t begin = file.size();
+        file.resize(begin + 13);  // the last three are 0: the only compression, the only filters, not interlaced
+        put_big_endian(file.data() + begin, picture.width());
+        put_big_endian(file.data() + begin + 4, picture.height());
+        file[begin + 8] = std::byte{8};                                                            // bits
+        file[begin + 9] = std::byte{picture.channels() == 3 ? std::uint8_t{2} : std::uint8_t{0}};  // RGB or gray
+    });
+    append_chunk(file, "IDAT", [&] { append_compressed(filtered(picture), file); });
+    append_chunk(file, "IEND", [] {});
+    return file;
+}
+
+}  // namespace ldi
+
+// ---- ldi/formats/glb.hpp
+// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture, and the camera that took the photo. Only features that
+// every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a file.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct glb_options {
+    /// The camera that took the photo, for viewers that start there. Absent: the file has none.
+    std::optional<pinhole_camera> camera;
+    /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
+    /// say.
+    std::optional<float> motion = std::nullopt;
+    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`.
+    depth_range range = {};
+    /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
+    bool double_sided = true;
+};
+
+/// A GLB file of a mesh and its texture: one node, mesh and primitive. Positions are float32, texture coordinates normalized
+/// 16-bit, indices 16-bit below 65,536 vertices and 32-bit from there. Every vertex that no triangle uses is kept.
+///
+/// texture  a JPEG or PNG file
+/// Raises invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
+/// index out of range, or if the texture is no complete JPEG or PNG file; too_large beyond 4 GB.
+buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options = {});
+
+/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
+/// a fifth as large.
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
+                                    const glb_options& options = {}) {
+    return encode_glb(mesh, encode_plain_png(texture), options);
+}
+
+namespace detail {
+
+inline void check_mesh(const textured_mesh& mesh) {
+    LDI_ASSERT(mesh.positions.size() % 3 == 0 && mesh.triangles.size() % 3 == 0);
+    LDI_ASSERT(mesh.texture_coordinates.size() / 2 == mesh.vertex_count() && mesh.texture_coordinates.size() % 2 == 0);
+    const auto broken = [](const char* expected, const std::string& found) {
+        raise(error_code::invalid_data, "encode_glb", expected, found);
+    };
+    if (mesh.triangles.empty()) broken("a mesh with triangles", "none");
+    for (float p : mesh.positions)
+        if (!std::isfinite(p)) broken("finite positions", std::to_string(p));
+    for (float t : mesh.texture_coordinates)
+        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", std::to_string(t));
+    for (std::uint32_t i : mesh.triangles)
+        if (i >= mesh.vertex_count())
+            broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
+}
+
+}  // namespace detail
+
+namespace detail::glb {
+
+// Numbers of glTF 2.0 and of its container.
+inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
+inline constexpr int vertices = 34962, indices = 34963;
+inline constexpr int unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
+
+/// Numbers and pieces of JSON one after another.
+class json_text {
+public:
+    template <class... Parts>
+    void add(const Parts&... parts) {
+        (add_part(parts), ...);
+    }
+    const buffer<char>& text() const { return text_; }
+
+private:
+    void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
+    void add_part(double number) { append_decimal(text_, number); }
+    template <std::integral Integer>
+    void add_part(Integer number) {
+        add_part(std::string_view(std::to_string(number)));
+    }
+    void add_part(const std::array<double, 3>& numbers) { add("[", numbers[0], ",", numbers[1], ",", numbers[2], "]"); }
+
+    buffer<char> text_;
+};
+
+/// A number of at most six digits behind the point that is this one, as far as they tell.
+inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
+
+/// The mesh's columns as they stand in the file, in an order that aligns each to its scalars without padding.
+struct contents {
+    const textured_mesh& mesh;
+    std::span<const std::byte> texture;
+    std::array<double, 3> lowest, highest;  ///< of positions
+
+    bool has_short_indices() const {
+        return mesh.vertex_count() < 65536;
+    }  // the index 65,535 itself is reserved, and not reached
+    std::size_t position_bytes() const { return mesh.positions.size() * sizeof(float); }
+    std::size_t coordinate_bytes() const { return mesh.texture_coordinates.size() * sizeof(std::uint16_t); }
+    std::size_t index_bytes() const {
+        return mesh.triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
+    }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + index_bytes() + texture.size(); }
+};
+
+inline contents measured(const textured_mesh& mesh, std::span<const std::byte> texture) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    contents result{mesh, texture, {infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        const double p = double{mesh.positions[i]};
+        result.lowest[i % 3] = (std::min)(result.lowest[i % 3], p);
+        result.highest[i % 3] = (std::max)(result.highest[i % 3], p);
+    }
+    return result;
+}
+
+inline void add_accessors_and_views(json_text& json, const contents& c) {
+    const std::size_t count = c.mesh.vertex_count();
+    json.add(R"("accessors":[{"bufferView":0,"componentType":)", float32, R"(,"count":)", count);
+    json.add(R"(,"max":)", c.highest, R"(,"min":)", c.lowest, R"(,"type":"VEC3"},)");
+    json.add(R"({"bufferView":1,"componentType":)", unsigned_short, R"(,"count":)", count,
+             R"(,"normalized":true,"type":"VEC2"},)");
+    json.add(R"({"bufferView":2,"componentType":)", c.has_short_indices() ? unsigned_short : unsigned_int);
+    json.add(R"(,"count":)", c.mesh.triangles.size(), R"(,"type":"SCALAR"}],)");
+    json.add(R"("asset":{"generator":"ldi )", LDI_VERSION_MAJOR, ".", LDI_VERSION_MINOR, ".", LDI_VERSION_PATCH);
+    json.add(R"(","version":"2.0"},"bufferViews":[)");
+    std::size_t offset = 0;
+    const auto add_view = [&](std::size_t bytes, int target) {
+        json.add(offset > 0 ? "," : "", R"({"buffer":0,"byteLength":)", bytes);
+        if (offset > 0) json.add(R"(,"byteOffset":)", offset);
+        if (target != 0) json.add(R"(,"target":)", target);
+        json.add("}");
+        offset += bytes;
+    };
+    add_view(c.position_bytes(), vertices), add_view(c.coordinate_bytes(), vertices), add_view(c.index_bytes(), indices);
+    add_view(c.texture.size(), 0);
+    json.add(R"(],"buffers":[{"byteLength":)", offset, "}],");
+}
+
+/// A camera at the origin, looking along -z as glTF's do by themselves.
+inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
+    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
+    const double nearest = -c.highest[2], farthest = (std::max)(0.0, -c.lowest[2]);
+    // Room to move forward and back.
+    const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
+    json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
+    json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
+    json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
+}
+
+/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+inline buffer<char> describe(const contents& c, const glb_options& options) {
+    json_text json;
+    json.add("{");
+    add_accessors_and_views(json, c);
+    if (options.camera) add_camera(json, *options.camera, c);
+    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":3,"mimeType":")",
+             is_png(c.texture) ? "image/png" : "image/jpeg", R"("}],)");
+    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    json.add(R"("materials":[{)", options.double_sided ? R"("doubleSided":true,)" : "");
+    json.add(R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
+             R"("metallicFactor":0.0}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},)",
+             R"("indices":2,"material":0,"mode":4}]}],"nodes":[{"mesh":0,"name":"3D photo"})");
+    if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
+    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
+    if (options.motion)
+        json.add(R"("extras":{"farthest":)", shortest(options.range.z_far), R"(,"motion":)", shortest(*options.motion),
+                 R"(,"nearest":)", shortest(options.range.z_near), "},");
+    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
+    return json.text();
+}
+
+/// Fills a file from front to back, little-endian as glTF demands.
+class writer {
+public:
+    explicit writer(std::byte* to) : to_(to) {}
+
+    template <std::unsigned_integral Integer>
+    void put(Integer value) {
+        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
+    }
+    void put_bytes(const void* from, std::size_t count) {
+        if (count > 0) std::memcpy(to_, from, count);
+        to_ += count;
+    }
+    void put_padding(std::byte padding, std::size_t count) {
+        for (; count > 0; --count) *to_++ = padding;
+    }
+
+private:
+    std::byte* to_;
+};
+
+inline void put_contents(writer& to, const contents& c) {
+    for (const float p : c.mesh.positions) {
+        std::uint32_t bits;
+        std::memcpy(&bits, &p, sizeof bits);
+        to.put(bits);
+    }
+    for (const float t : c.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint32_t i : c.mesh.triangles) {
+        if (c.has_short_indices())
+            to.put(static_cast<std::uint16_t>(i));
+        else
+            to.put(i);
+    }
+    to.put_bytes(c.texture.data(), c.texture.size());
+}
+
+}  // namespace detail::glb
+
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options) {
+    using namespace detail::glb;
+    detail::check_mesh(mesh);
+    if (!detail::is_jpeg(texture) && !detail::is_png(texture))
+        raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", detail::describe_format(texture));
+    detail::read_picture_header(texture, "texture");
+
+    const contents parts = measured(mesh, texture);
+    if (parts.bytes() > 0xFFFF0000)
+        raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
+    const buffer<char> json = describe(parts, options);
+    const auto up_to_four = [](std::size_t bytes) { return (bytes + 3) / 4 * 4; };
+    const std::size_t json_bytes = up_to_four(json.size()), binary_bytes = up_to_four(parts.bytes());
+    buffer<std::byte> file(12 + 8 + json_bytes + 8 + binary_bytes, unset);
+    writer to(file.data());
+    const auto put_size = [&to](std::size_t bytes) { to.put(static_cast<std::uint32_t>(bytes)); };
+    to.put(magic), to.put(version), put_size(file.size());
+    put_size(json_bytes), to.put(json_chunk);
+    to.put_bytes(json.data(), json.size()), to.put_padding(std::byte{' '}, json_bytes - json.size());
+    put_size(binary_bytes), to.put(binary_chunk);
+    put_contents(to, parts);
+    to.put_padding(std::byte{0}, binary_bytes - parts.bytes());
+    return file;
+}
+
+}  // namespace ldi
+
+// ---- ldi/formats/tiefenrausch.hpp
+// Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
+// student of the published network, in the same arithmetic. formats/tiefenrausch_file.hpp reads it by name.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+///
+/// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
+/// network.
+inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
+                                        isa target = best_isa()) {
+    const named_tensors file = decode_safetensors(bytes, where);
+    for (const auto& [key, expected] :
+         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}})
+        detail::check_metadata(file, "a depth network", key, expected);
+    const auto output = file.metadata.find("output");
+    const bool is_linear = output != file.metadata.end() && output->second == "disparity";
+    if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    return tiefenrausch(read_quantized_network(file), target,
+                        is_linear ? network_output::disparity : network_output::log_disparity);
+}
+
+}  // namespace ldi
+
 // ---- ldi/photo3d.hpp
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
 // (occlusion/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
 // you want only a part, or your own part in between.
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What tells how near things are. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
+/// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
 /// `tiefenrausch` is one, `given_disparity` another.
 template <class T>
@@ -15548,7 +18207,7 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// What gives colors to the pixels that are not known. `inpaint(layers, progress, threads)` sets the color of every pixel whose
+/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)` sets the color of every pixel whose
 /// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
 template <class T>
 concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
@@ -15572,8 +18231,8 @@ struct photo3d_options {
     std::size_t long_side = 1536;
     /// 35 mm equivalent focal length of the photo. The default is a phone's main camera.
     float focal_length_35mm = 26.0F;
-    /// How often the weighted median is applied at the estimator's own resolution, where a washed-out edge is only a few samples
-    /// wide, before it is applied at the photo's.
+    /// Number of passes of the weighted median at the estimator's own resolution, at which a washed-out edge is only a few
+    /// samples wide, before the one at the photo's.
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
@@ -15587,7 +18246,7 @@ struct photo3d_options {
     chart_options charts;
     atlas_options atlas;
     mesh_options mesh;
-    /// Is told of the stages by the names of the paper's table: "depth estimation", "depth filter", "connected components",
+    /// Receives the stages under the names of the paper's table: "depth estimation", "depth filter", "connected components",
     /// "occluded geometry", "color inpainting", "chart generation", "chart padding", "meshing"; each begins with fraction 0 and
     /// ends with 1.
     progress_listener progress;
@@ -15606,8 +18265,32 @@ struct photo3d {
     textured_mesh mesh;
 };
 
+namespace detail {
+
+/// The photo with a long side of at most `long_side` pixels.
+template <executor Executor>
+image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
+    const std::size_t longer = (std::max)(photo.height(), photo.width()), shrunk = (std::min)(longer, long_side);
+    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * shrunk + longer / 2) / longer, 1); };
+    return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+}
+
+/// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
+template <executor Executor>
+image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
+                               Executor& threads) {
+    if (estimated.height() >= photo.height())
+        return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
+    image<float> sharpened = estimated;
+    for (int pass = 0; pass < options.passes_before_resampling; ++pass)
+        sharpened = weighted_median(sharpened, options.surface, options.median, threads);
+    return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
+}
+
+}  // namespace detail
+
 /// photo      H x W x 3, at least one pixel
-/// inpainter  grain is laid over what it makes; set options.grain.strength to 0 for one that makes texture itself
+/// inpainter  grain is added to its result; set options.grain.strength to 0 for one that makes texture itself
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
@@ -15625,20 +18308,11 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
         (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
-    const std::size_t longer = (std::max)(photo.height(), photo.width()), long_side = (std::min)(longer, options.long_side);
-    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * long_side + longer / 2) / longer, 1); };
-    result.photo = area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+    result.photo = detail::shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
     progress.report("depth filter", 0.0F);
-    if (result.estimated.height() < result.photo.height()) {
-        image<float> sharpened = result.estimated;
-        for (int pass = 0; pass < options.passes_before_resampling; ++pass)
-            sharpened = weighted_median(sharpened, options.surface, options.median, threads);
-        result.resampled = resample_to_photo(sharpened, result.photo, options.surface, options.resample, threads);
-    } else {
-        result.resampled = resample_to_photo(result.estimated, result.photo, options.surface, options.resample, threads);
-    }
+    result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
     progress.report("depth filter", 1.0F);
 
@@ -15677,5 +18351,6 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 }  // namespace ldi
 
 // ---- ldi/ldi.hpp
-// All of ldi that works on values in memory; needs the standard library and nothing else. Included by name: ldi/formats/... for
-// files (link ldi::io), ldi/adapt/... for Eigen and xtensor.
+// All of ldi that works on values in memory, from a photo's pixels and the bytes of weight files to the bytes of a GLB file;
+// needs the standard library and nothing else. Included by name: the other ldi/formats/... for files (link ldi::io),
+// ldi/adapt/... for Eigen and xtensor.

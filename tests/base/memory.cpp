@@ -70,6 +70,15 @@ TEMPLATE_TEST_CASE("a buffer does what a vector does", "", std::int32_t, std::st
     CHECK(ours == moved);
 }
 
+TEST_CASE("a buffer's count is the index of the value that is appended next") {
+    ldi::buffer<char> values;
+    for (std::int32_t i = 0; i < 10; ++i) {
+        REQUIRE(values.count() == i);
+        values.push_back('a');
+        REQUIRE(&values[values.count() - 1] == &values.back());
+    }
+}
+
 TEST_CASE("values are inserted and erased in the middle") {
     std::mt19937 random(2);
     buffer<std::int32_t> ours;
@@ -122,6 +131,34 @@ TEST_CASE("a buffer that gets no memory throws, and keeps what it had") {
         CHECK(values[2] == "some text that does not lie in the string itself");
     }
     CHECK(memory.blocks == 0);
+}
+
+namespace {
+struct unmakeable {
+    explicit unmakeable(bool fails) {
+        if (fails) throw 1;
+        ++alive;
+    }
+    unmakeable(unmakeable&&) noexcept { ++alive; }
+    ~unmakeable() { --alive; }
+    static inline int alive = 0;
+};
+}  // namespace
+
+TEST_CASE("a value whose constructor throws is not there, and is not destroyed") {
+    {
+        buffer<unmakeable> values;
+        values.reserve(3);
+        values.emplace_back(false);
+        CHECK_THROWS_AS(values.emplace_back(true), int);
+        CHECK(values.size() == 1);
+        values.emplace_back(false);
+        values.emplace_back(false);
+        CHECK_THROWS_AS(values.emplace_back(true), int);  // where it would have to grow
+        CHECK(values.size() == 3);
+        CHECK(unmakeable::alive == 3);
+    }
+    CHECK(unmakeable::alive == 0);
 }
 
 TEST_CASE("a copy of buffers in a buffer that gets no memory half way gives back what it had") {

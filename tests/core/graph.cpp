@@ -108,3 +108,17 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
     CHECK(islands > 1000);
     CHECK(helices > 200);
 }
+
+TEST_CASE("positions count the lattice row by row") {
+    const graph g = make_grid(7, 5);
+    CHECK(g.count() == 35);
+    CHECK(g.position_count() == 35);
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        CHECK(g.position_of(i) == static_cast<std::size_t>(i));
+        CHECK(g.position(g.x[i], g.y[i]) == static_cast<std::size_t>(i));
+    }
+    graph large;
+    large.width = 100000, large.height = 100000;
+    CHECK(large.position_count() == 10000000000U);
+    CHECK(large.position(99999, 99999) == 9999999999U);
+}

@@ -8,7 +8,7 @@
 link_headers() {
     mkdir -p "$1"
     local name
-    for name in catch2 nlohmann protozero; do
+    for name in catch2 protozero; do
         ln -sfn "/usr/include/$name" "$1/$name"
     done
 }

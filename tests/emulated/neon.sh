@@ -17,7 +17,7 @@ require "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
 build=build/neon
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
-tests=(tests/nn/dense/quantized_network.cpp tests/nn/ldi/convolution.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
+tests=(tests/nn/dense/quantized_network.cpp tests/nn/ldi/{convolution,feature_map,convolution_layer,pooling,elementwise}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
 for file in tests/kernels/*.cpp; do
     [[ $file == *_amx.cpp ]] || tests+=("$file")
 done

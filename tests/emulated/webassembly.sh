@@ -17,7 +17,7 @@ link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=(
     tests/kernels/{isa,requantize,requantize_float,gemm_u8,depthwise_u8,add_u8,conv}.cpp
-    tests/nn/dense/quantized_network.cpp tests/nn/ldi/convolution.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
+    tests/nn/dense/quantized_network.cpp tests/nn/ldi/{convolution,feature_map,convolution_layer,pooling,elementwise}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
 export NODE_PATH=/usr/share/nodejs:/usr/lib/nodejs  # where Debian keeps what Emscripten's own scripts need
 
 # -fexceptions because Emscripten 3.1.6 cannot catch by type with -fwasm-exceptions where there are threads.

@@ -1,11 +1,13 @@
-#include <ldi/formats/glb.hpp>
-
+#include <ldi/formats/glb_file.hpp>
 #include <ldi/formats/picture.hpp>
 
 #include <catch2/catch.hpp>
 #include <tests/formats/support.hpp>
+#include <tests/formats/tinygltf_glb.hpp>
+#include <tests/support/counted_memory.hpp>
 
 #include <cstdlib>
+#include <random>
 
 using namespace ldi;
 using namespace ldi::test;
@@ -36,7 +38,7 @@ pinhole_camera some_camera() {
     return camera;
 }
 
-tinygltf::Model read_back(const byte_string& file) {
+tinygltf::Model read_back(std::span<const std::byte> file) {
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader(
         [](tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; },
@@ -71,7 +73,7 @@ buffer<Scalar> accessor_values(const tinygltf::Model& model, int accessor) {
 TEST_CASE("a GLB file holds the mesh, the texture byte for byte, and the camera") {
     const textured_mesh mesh = make_sheet(7, 5);
     const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
-    const byte_string file = encode_glb(mesh, texture, {.camera = some_camera()});
+    const buffer<std::byte> file = encode_glb(mesh, texture, {.camera = some_camera()});
     const tinygltf::Model model = read_back(file);
 
     const tinygltf::Primitive& primitive = model.meshes.at(0).primitives.at(0);
@@ -139,8 +141,74 @@ TEST_CASE("a mesh or a texture that no viewer could show is refused") {
     mesh.triangles[2] = 9;
     refused(mesh, texture, "9 of 9");
     mesh = make_sheet(3, 3);
-    refused(mesh, encode_png(smooth_picture(8, 8, 3)), "a PNG file");
+    refused(mesh, bytes_of("GIF89a"), "a GIF file");
     refused(mesh, byte_string(texture.begin(), texture.end() - 2), "cut off");
+    const byte_string png = encode_png(smooth_picture(8, 8, 3));
+    refused(mesh, byte_string(png.begin(), png.end() - 2), "cut off");
+}
+
+TEST_CASE("a GLB file says how far the camera may go") {
+    const textured_mesh mesh = make_sheet(7, 5);
+    const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
+    glb_options options;
+    options.motion = 0.08F;
+    options.range = {1.5F, 20.0F};
+    const tinygltf::Model model = read_back(encode_glb(mesh, texture, options));
+    CHECK(model.scenes.at(0).extras.Get("motion").GetNumberAsDouble() == 0.08);
+    CHECK(model.scenes.at(0).extras.Get("nearest").GetNumberAsDouble() == 1.5);
+    CHECK(model.scenes.at(0).extras.Get("farthest").GetNumberAsDouble() == 20.0);
+    CHECK(read_back(encode_glb(mesh, texture)).scenes.at(0).extras.Type() == tinygltf::NULL_TYPE);
+}
+
+TEST_CASE("a GLB file is byte for byte what tinygltf makes of the same") {
+    std::mt19937 random(3);
+    const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
+    const byte_string jpeg = encode_jpeg(smooth_picture(16, 32, 3), 85), png = encode_png(smooth_picture(5, 7, 1));
+    const auto same = [&](const textured_mesh& mesh, const byte_string& texture, const glb_options& options) {
+        const buffer<std::byte> file = encode_glb(mesh, texture, options);
+        REQUIRE(std::string(reinterpret_cast<const char*>(file.data()), file.size()) == tinygltf_glb(mesh, texture, options));
+    };
+    for (int i = 0; i < 300; ++i) {
+        const auto lines = [&] { return static_cast<std::uint32_t>(2 + random() % 5); };
+        textured_mesh mesh = make_sheet(lines(), lines());
+        const float scale = std::pow(10.0F, between(-9, 9));
+        for (float& p : mesh.positions) p = i % 5 == 0 ? std::round(4 * between(-2, 2)) / 4 : p + scale * between(-1, 1);
+        glb_options options;
+        options.double_sided = i % 2 == 0;
+        if (i % 3 != 0) {
+            const auto length = [&] { return static_cast<std::int32_t>(1 + random() % 5000); };
+            options.camera = pinhole_camera{length(), length(), between(1, 5000)};
+        }
+        same(mesh, i % 4 == 0 ? png : jpeg, options);
+    }
+    same(make_sheet(257, 256), jpeg, {.camera = some_camera()});
+}
+
+TEST_CASE("a GLB file and what it is made of lie in the caller's memory, and nothing stays when there is too little") {
+    const image<std::uint8_t> atlas = smooth_picture(40, 30, 3);
+    const textured_mesh mesh = make_sheet(4, 4);
+    ldi::testing::counted_memory own;
+    {
+        const memory_scope scope(own.source);
+        const buffer<std::byte> file = encode_glb(mesh, atlas);
+        CHECK(own.blocks == 1);
+        CHECK(own.bytes == file.capacity());
+    }
+    for (std::size_t calls = own.calls; calls-- > 0;) {
+        own.calls = 0, own.most = calls;
+        const memory_scope scope(own.source);
+        CHECK_THROWS_AS(encode_glb(mesh, atlas), std::bad_alloc);
+        CHECK(own.blocks == 0);
+    }
+}
+
+TEST_CASE("pixels become a PNG texture") {
+    const image<std::uint8_t> atlas = smooth_picture(40, 30, 3);
+    const textured_mesh mesh = make_sheet(4, 4);
+    const tinygltf::Model model = read_back(encode_glb(mesh, atlas, {.camera = some_camera()}));
+    CHECK(model.images.at(0).mimeType == "image/png");
+    const buffer<std::byte> png = encode_plain_png(atlas);
+    CHECK(view_bytes(model, model.images.at(0).bufferView) == byte_string(png.begin(), png.end()));
 }
 
 TEST_CASE("the Khronos validator finds no error and no warning") {
@@ -159,6 +227,8 @@ TEST_CASE("the Khronos validator finds no error and no warning") {
     };
     add("camera.glb", make_sheet(20, 30), texture, {.camera = some_camera()});
     add("single_sided.glb", make_sheet(21, 31), texture, {.camera = std::nullopt, .double_sided = false});
+    const buffer<std::byte> png = encode_plain_png(smooth_picture(33, 31, 3));
+    add("png.glb", make_sheet(9, 8), byte_string(png.begin(), png.end()), {.camera = some_camera()});
     add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}}, texture, {});
     add("many.glb", make_sheet(300, 300), encode_jpeg(smooth_picture(16, 16, 3), 100), {.camera = some_camera()});
     const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";

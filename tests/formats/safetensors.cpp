@@ -1,4 +1,4 @@
-#include <ldi/formats/safetensors.hpp>
+#include <ldi/formats/safetensors_file.hpp>
 
 #include "tests/formats/support.hpp"
 #include "tests/support/safetensors_file.hpp"

@@ -1,4 +1,5 @@
 #include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/formats/safetensors_file.hpp>
 #include <ldi/formats/tiefenrausch_file.hpp>
 
 #include "tests/formats/support.hpp"

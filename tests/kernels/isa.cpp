@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
+#include <set>
 #include <string>
+#include <string_view>
 
 namespace {
 
@@ -28,22 +30,40 @@ TEST_CASE("portable code is always available, and the best instruction set is") 
 }
 
 TEST_CASE("LDI_ISA forces any instruction set that is available, and empty forces none") {
-    for (ldi::isa set : ldi::all_isas) {
-        const forced_isa forced(std::string(to_string(set)).c_str());
-        if (ldi::is_available(set))
-            CHECK(ldi::best_isa() == set);
+    for (const ldi::instruction_set& set : ldi::instruction_sets) {
+        INFO(set.name);
+        const forced_isa forced(std::string(set.name).c_str());
+        if (ldi::is_available(set.id))
+            CHECK(ldi::best_isa() == set.id);
         else
             CHECK_THROWS_AS(ldi::best_isa(), ldi::error);
     }
     const forced_isa none("");
-    for (ldi::isa set : ldi::all_isas) CHECK((!ldi::is_available(set) || set <= ldi::best_isa()));
+    for (const ldi::instruction_set& set : ldi::instruction_sets)
+        CHECK((!ldi::is_available(set.id) || set.id <= ldi::best_isa()));
 }
 
-TEST_CASE("AMX is a choice on top of AVX-512 VNNI, and asking for it again gives the same answer") {
-    const bool available = ldi::is_available(ldi::isa::amx_int8);
-    CHECK((!available || ldi::is_available(ldi::isa::avx512vnni)));
-    CHECK(ldi::is_available(ldi::isa::amx_int8) == available);
-    for (ldi::isa set : ldi::all_isas) CHECK(ldi::without_tiles(set) == (set == ldi::isa::amx_int8 ? ldi::isa::avx512vnni : set));
+TEST_CASE("an instruction set is found by its number, has a name of its own, and another, slower one stands in for it") {
+    std::set<std::string_view> names;
+    for (const ldi::instruction_set& set : ldi::instruction_sets) {
+        INFO(set.name);
+        CHECK(&ldi::find_instruction_set(set.id) == &set);
+        CHECK(names.insert(set.name).second);
+        CHECK((set.otherwise < set.id || set.id == ldi::isa::scalar));
+        if (ldi::is_available(set.id)) CHECK(ldi::is_available(set.otherwise));
+        CHECK(ldi::is_available(set.id) == ldi::is_available(set.id));  // AMX has to be asked for: once
+    }
+}
+
+TEST_CASE("a family that has no kernel for a set runs that of the one that stands in for it") {
+    struct kernel {
+        ldi::isa set;
+    };
+    constexpr kernel some[] = {{ldi::isa::avx2}, {ldi::isa::avx512vnni}, {ldi::isa::scalar}};
+    CHECK(ldi::find_kernel(some, ldi::isa::avx512vnni).set == ldi::isa::avx512vnni);
+    CHECK(ldi::find_kernel(some, ldi::isa::amx_int8).set == ldi::isa::avx512vnni);
+    CHECK(ldi::find_kernel(some, ldi::isa::avx_vnni).set == ldi::isa::avx2);
+    CHECK(ldi::find_kernel(some, ldi::isa::neon_dot_product).set == ldi::isa::scalar);
 }
 
 TEST_CASE("LDI_ISA with an unknown name is an error that lists the names") {

@@ -85,7 +85,7 @@ TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
         const ldi::mesh_options options = small_options();
         const ldi::textured_mesh m = mesh_of(c, placements, options);
         ldi::serial_executor threads;
-        const ldi::flat_mesh flat = ldi::build_flat_mesh(c.topology, c.disparity, c.charts, range, options, threads);
+        const ldi::flat_mesh flat = ldi::build_flat_mesh(layers_of(c, camera_of(c)), c.charts, options, threads);
         std::size_t v = 0;
         for (std::size_t k = 0; k < flat.charts.size(); ++k) {
             const std::size_t end =

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
+#include <tests/support/surfaces.hpp>
 
 #include <algorithm>
 #include <array>
@@ -15,7 +16,7 @@ using ldi_test::charted_graph;
 
 ldi::flat_mesh mesh_of(const charted_graph& c, const ldi::mesh_options& options) {
     ldi::serial_executor threads;
-    return ldi::build_flat_mesh(c.topology, c.disparity, c.charts, {}, options, threads);
+    return ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), c.charts, options, threads);
 }
 
 ldi::mesh_options with_tolerance(float tolerance) {
@@ -215,7 +216,8 @@ TEST_CASE("The mesh does not depend on the number of threads") {
         const charted_graph c = ldi_test::random_charts(seed, 40);
         const ldi::mesh_options options = with_tolerance(1.0F);
         const ldi::flat_mesh a = mesh_of(c, options);
-        const ldi::flat_mesh b = ldi::build_flat_mesh(c.topology, c.disparity, c.charts, {}, options, threads);
+        const ldi::flat_mesh b =
+            ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), c.charts, options, threads);
         REQUIRE(a.charts.size() == b.charts.size());
         for (std::size_t i = 0; i < a.charts.size(); ++i) {
             REQUIRE(a.charts[i].outline == b.charts[i].outline);
@@ -237,7 +239,7 @@ TEST_CASE("A chart with two pixels at one position raises an error") {
     charts.charts.push_back({0, 0, 2, 1, {0, 1, 2, 3}});
     const ldi::buffer<float> disparity(4, 0.5F);
     ldi::serial_executor threads;
-    REQUIRE_THROWS_AS(ldi::build_flat_mesh(g, disparity, charts, {}, ldi::mesh_options{}, threads), ldi::error);
+    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), charts, {}, threads), ldi::error);
 }
 
 TEST_CASE("An outline tolerance that reaches the studs raises an error") {
@@ -248,6 +250,7 @@ TEST_CASE("An outline tolerance that reaches the studs raises an error") {
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 4, 4, {}});
-    REQUIRE_THROWS_AS(ldi::build_flat_mesh(g, ldi::buffer<float>(16), charts, {}, options, threads), ldi::error);
+    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, ldi::buffer<float>(16)), charts, options, threads),
+                      ldi::error);
 }
 #endif

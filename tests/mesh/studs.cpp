@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
+#include <tests/support/surfaces.hpp>
 
 #include <cmath>
 
@@ -25,7 +26,7 @@ ldi::chart_set whole(const ldi::graph& g) {
 ldi::stud_set studs_of(const ldi::graph& g, const ldi::buffer<float>& disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;
-    return ldi::make_studs(g, disparity, charts, ldi::trace_outlines(g, disparity, charts), options);
+    return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), charts, ldi::trace_outlines(g, disparity, charts), options);
 }
 
 }  // namespace
@@ -44,7 +45,8 @@ TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts t
     for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.003F * static_cast<float>(g.y[i]);
     const ldi::chart_set charts = whole(g);
     const ldi::depth_range range;
-    const ldi::stud_set studs = ldi::make_studs(g, disparity, charts, ldi::trace_outlines(g, disparity, charts), {}, range);
+    const ldi::stud_set studs =
+        ldi::make_studs(ldi::testing::surfaces_of(g, disparity), charts, ldi::trace_outlines(g, disparity, charts));
     REQUIRE(studs.vertices.size() > 50);
     for (std::size_t s = 0; s + 1 < studs.first_vertex.size(); ++s)
         for (std::int32_t v = studs.first_vertex[s]; v + 1 < studs.first_vertex[s + 1]; ++v) {
@@ -89,13 +91,13 @@ TEST_CASE("The profile between the vertices of a stud is linear to within the to
         ldi::buffer<float> profile(2 + random() % 60);
         float value = 0.5F;
         for (float& p : profile) p = value += 0.01F * (static_cast<float>(random() % 200) / 100.0F - 1.0F);
-        ldi::buffer<std::size_t> kept{0};
-        const auto never = [](std::size_t, std::size_t) { return false; };
-        find_bends(profile, 0.008F, 0, never, [&](std::size_t k) { kept.push_back(k); });
-        kept.push_back(profile.size() - 1);
+        ldi::buffer<std::int32_t> kept{0};
+        const auto never = [](std::int32_t, std::int32_t) { return false; };
+        find_bends(profile, 0.008F, 0, never, [&](std::int32_t k) { kept.push_back(k); });
+        kept.push_back(profile.count() - 1);
         for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
             REQUIRE(kept[k] < kept[k + 1]);
-            for (std::size_t j = kept[k]; j <= kept[k + 1]; ++j) {
+            for (std::int32_t j = kept[k]; j <= kept[k + 1]; ++j) {
                 const float t = static_cast<float>(j - kept[k]) / static_cast<float>(kept[k + 1] - kept[k]);
                 REQUIRE(std::abs(profile[j] - std::lerp(profile[kept[k]], profile[kept[k + 1]], t)) < 0.00801F);
             }

@@ -19,7 +19,7 @@ ldi::photo_layers random_unknown(std::mt19937& random, bool colored) {
     ldi::curve_options curve_options;
     curve_options.shortest_length = 3;
     const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
-    return ldi::expand(std::move(lifted), std::span<const ldi::discontinuity_curve>(curves));
+    return ldi::expand(std::move(lifted), std::span<const ldi::discontinuity_curve>(curves), {.motion = 0.5F});
 }
 
 }  // namespace
@@ -70,7 +70,8 @@ TEST_CASE("color does not cross silhouettes") {
     for (std::size_t i = 0; i < lifted.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c) lifted.column<ldi::color_column>()[3 * i + c] = lifted.topology.x[i] < 40 ? 30 : 220;
     const auto curves = ldi::find_discontinuity_curves(lifted);
-    ldi::photo_layers layers = ldi::expand(std::move(lifted), std::span<const ldi::discontinuity_curve>(curves));
+    ldi::photo_layers layers =
+        ldi::expand(std::move(lifted), std::span<const ldi::discontinuity_curve>(curves), {.motion = 0.5F});
     ldi::serial_executor serial;
     ldi::diffusion_inpainter().inpaint(layers, {}, serial);
     for (std::size_t i = 0; i < layers.size(); ++i)

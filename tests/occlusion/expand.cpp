@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -31,6 +32,7 @@ ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::siz
     curve_options.shortest_length = shortest_length;
     const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
     ldi::expand_options options;
+    options.motion = 1.0F;  // so that iterations decide
     options.iterations = iterations;
     return ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
 }
@@ -70,6 +72,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
         curve_options.shortest_length = 1 + random() % 20;
         const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
         ldi::expand_options options;
+        options.motion = 0.01F * static_cast<float>(random() % 100);
         options.iterations = 12;
         int iterations = 0;
         const ldi::photo_layers expanded =
@@ -78,7 +81,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
                             ++iterations;
                             require_sound(g, disparity, first_new);
                         });
-        REQUIRE(iterations == 12);
+        REQUIRE(iterations <= 12);
         REQUIRE_FALSE(ldi::validate_canonical(expanded.topology, expanded.column<ldi::disparity_column>()));
     }
 }
@@ -116,6 +119,49 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
         for (std::uint8_t known : expanded.column<ldi::known_column>()) unknown += known == 0 ? 1U : 0U;
         REQUIRE(unknown == hidden);
     }
+}
+
+TEST_CASE("behind a step the background grows by the step's share of the camera's motion, at any angle, and two pixels more") {
+    std::mt19937 random(12);
+    for (int round = 0; round < 40; ++round) {
+        const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
+        const float step = std::uniform_real_distribution<float>(0.1F, 0.7F)(random), motion = 0.15F;
+        const float across = std::cos(angle), down = std::sin(angle);
+        // Pixels between their middle and a straight edge through the photo's middle, in front of it where positive.
+        const auto in_front = [&](std::int32_t x, std::int32_t y) {
+            return (static_cast<float>(x) - 59.5F) * across + (static_cast<float>(y) - 59.5F) * down;
+        };
+        ldi::image<float> map(120, 120);
+        for (std::int32_t y = 0; y < 120; ++y)
+            for (std::int32_t x = 0; x < 120; ++x) map(y, x, 0) = in_front(x, y) > 0 ? 0.2F + step : 0.2F;
+        const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+        const auto curves = ldi::find_discontinuity_curves(lifted);
+        ldi::expand_options options;
+        options.motion = motion;
+        const ldi::photo_layers grown = ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+        ldi::image<std::uint8_t> has_hidden(120, 120);
+        for (std::size_t i = 0; i < grown.size(); ++i)
+            if (grown.column<ldi::known_column>()[i] == 0) has_hidden(grown.topology.y[i], grown.topology.x[i], 0) = 1;
+        const float uncovered = motion * 120 * step;
+        for (std::int32_t y = 20; y < 100; ++y)
+            for (std::int32_t x = 20; x < 100; ++x) {
+                const float distance = in_front(x, y);
+                CAPTURE(angle, step, x, y, distance, uncovered);
+                if (distance > 0 && distance < uncovered) REQUIRE(has_hidden(y, x, 0) == 1);
+                if (distance > uncovered + 2.5F) REQUIRE(has_hidden(y, x, 0) == 0);
+            }
+    }
+}
+
+TEST_CASE("layers say how far the camera may go: less where growth was ended early") {
+    ldi::image<float> map(40, 60);
+    for (std::size_t y = 0; y < 40; ++y)
+        for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
+    const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+    CHECK(lifted.motion == 0.0F);
+    CHECK(grown(lifted, 4096).motion == 1.0F);
+    CHECK(grown(lifted, 4).motion < 0.2F);
+    CHECK(grown(lifted, 0).motion == 0.0F);
 }
 
 TEST_CASE("behind a straight edge the background grows by one column an iteration") {
@@ -203,7 +249,7 @@ TEST_CASE(
     CHECK(seen.size() == 900);
 }
 
-TEST_CASE("growth can be canceled, and refuses a senseless number of iterations") {
+TEST_CASE("growth can be canceled, and refuses senseless options") {
     const ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
@@ -211,4 +257,9 @@ TEST_CASE("growth can be canceled, and refuses a senseless number of iterations"
     ldi::expand_options options;
     options.iterations = -1;
     CHECK_THROWS_AS(ldi::expand(lifted, {}, options), ldi::error);
+    for (const float motion : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {
+        options = {};
+        options.motion = motion;
+        CHECK_THROWS_AS(ldi::expand(lifted, {}, options), ldi::error);
+    }
 }

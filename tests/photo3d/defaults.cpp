@@ -10,7 +10,6 @@ TEST_CASE("the paper's numbers are the defaults") {
     CHECK(o.median.sigma == 0.2F);               // depth filter
     CHECK(o.components.smallest_size == 20);     // connected components, in pixels
     CHECK(o.curves.shortest_length == 20);       // spurious groups, in pixels
-    CHECK(o.expand.iterations == 50);            // occluded surfaces
     CHECK(ldi::tiefenrausch::long_side == 384);  // of the network's photo
     CHECK(ldi::macroblock_side == 16);           // of the atlas' alignment
 }
@@ -20,6 +19,7 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.long_side == 1536);
     CHECK(o.focal_length_35mm == 26.0F);
     CHECK(o.passes_before_resampling == 2);
+    CHECK(o.expand.motion == 0.08F);  // the paper grows 50 pixels, whatever the step and the camera
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
     CHECK(o.curves.tangent_length == 20);

@@ -40,7 +40,10 @@ TEST_CASE("paths start and end where they should") {
     check_same(at(camera_path::dolly_zoom, 0), photo_view());
     CHECK(at(camera_path::swing, 0.25F).position[0] > 0);
     CHECK(at(camera_path::swing, 0.75F).position[0] == Approx(-at(camera_path::swing, 0.25F).position[0]));
-    CHECK(at(camera_path::zoom_in, 1).position[2] == Approx(-0.3F * range.z_near));
+    CHECK(motion_of(at(camera_path::zoom_in, 1).position, camera, range) == Approx(0.08F));
+    path_options far;
+    far.motion = 1;
+    CHECK(view_on_path(camera_path::zoom_in, camera, range, 1, far).position[2] == Approx(-0.3F * range.z_near));
     CHECK(at(camera_path::zoom_in, 1).camera.focal_length == Approx(camera.focal_length));
 }
 
@@ -53,16 +56,14 @@ TEST_CASE("on every path what is in focus stays in the middle") {
         }
 }
 
-TEST_CASE("the nearest and the farthest surface move by what is asked for, and no more") {
+TEST_CASE("the nearest surface moves against the farthest by what is asked for, and no more") {
     path_options options;
-    options.movement = 0.05F;
+    options.motion = 0.05F;
     float largest = 0;
     for (float time = 0; time < 1; time += 0.02F) {
         const view v = view_on_path(camera_path::circle, camera, range, time, options);
-        for (const float depth : {range.z_near, range.z_far}) {
-            const std::array<float, 2> moved = seen(v, {0, 0, -depth});
-            largest = std::max(largest, std::hypot(moved[0] - 150, moved[1] - 200));
-        }
+        const std::array<float, 2> nearest = seen(v, {0, 0, -range.z_near}), farthest = seen(v, {0, 0, -range.z_far});
+        largest = std::max(largest, std::hypot(nearest[0] - farthest[0], nearest[1] - farthest[1]));
         CHECK(std::hypot(v.position[0], v.position[1]) > 0);
     }
     CHECK(largest == Approx(0.05F * 400).epsilon(0.03));

@@ -15,7 +15,7 @@
 #include <vector>
 
 using namespace ldi;
-using test::own_view, test::range;
+using test::over_range, test::own_view, test::range;
 
 namespace {
 
@@ -30,7 +30,7 @@ view random_view(const view& from, std::mt19937& random) {
 }
 
 photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t columns) {
-    photo_layers layers = test::lift_disparity(test::random_disparity(random, rows, columns));
+    photo_layers layers = over_range(test::lift_disparity(test::random_disparity(random, rows, columns)));
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
     return layers;
 }
@@ -46,17 +46,17 @@ std::size_t link_count(const graph& g) {
 TEST_CASE("peeled from where it was taken, a layered image of any topology stays as it is") {
     testing::for_random_graphs(5, 200, [](const testing::random_layers& any, std::mt19937& random) {
         const testing::random_layers canonical = testing::in_canonical_order(any);
-        photo_layers layers(canonical.topology);
+        photo_layers layers = over_range(photo_layers(canonical.topology));
         layers.column<disparity_column>() = canonical.disparity;
         for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
         for (std::uint8_t& value : layers.column<known_column>()) value = random() % 4 != 0 ? 1 : 0;
         const view v = own_view(layers.topology);
-        const peeled_layers peeled = peel(layers, v, range, v);
-        REQUIRE(testing::same_graph(peeled.layers.topology, layers.topology));
-        REQUIRE(peeled.layers.column<color_column>() == layers.column<color_column>());
-        REQUIRE(peeled.layers.column<known_column>() == layers.column<known_column>());
+        const photo_layers peeled = peel(layers, v, v);
+        REQUIRE(testing::same_graph(peeled.topology, layers.topology));
+        REQUIRE(peeled.column<color_column>() == layers.column<color_column>());
+        REQUIRE(peeled.column<known_column>() == layers.column<known_column>());
         for (std::size_t i = 0; i < layers.size(); ++i)
-            REQUIRE(peeled.layers.column<disparity_column>()[i] == Approx(canonical.disparity[i]).margin(1e-5));
+            REQUIRE(peeled.column<disparity_column>()[i] == Approx(canonical.disparity[i]).margin(1e-5));
         REQUIRE((peeled.range.z_near == range.z_near && peeled.range.z_far == range.z_far));
     });
 }
@@ -66,13 +66,13 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
     for (int trial = 0; trial < 25; ++trial) {
         const photo_layers layers = random_lifted(random, 20 + random() % 30, 20 + random() % 30);
         const view v = own_view(layers.topology), from = random_view(v, random);
-        const peeled_layers peeled = peel(layers, v, range, from);
-        const graph& g = peeled.layers.topology;
-        const buffer<float>& disparity = peeled.layers.column<disparity_column>();
+        const photo_layers peeled = peel(layers, v, from);
+        const graph& g = peeled.topology;
+        const buffer<float>& disparity = peeled.column<disparity_column>();
         REQUIRE(!validate_canonical(g, disparity));
         for (const float d : disparity) REQUIRE((d >= 0 && d <= 1));
 
-        const rendering seen = render_layers(layers, v, range, from);
+        const rendering seen = render_layers(layers, v, from);
         buffer<std::int32_t> front(seen.depth.size(), no_pixel);
         for (std::size_t i = 0; i < g.size(); ++i) {
             std::int32_t& nearest =
@@ -86,7 +86,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
             if (front[p] == no_pixel) continue;
             REQUIRE(peeled.range.depth(disparity[static_cast<std::size_t>(front[p])]) ==
                     Approx(seen.depth.data()[p]).epsilon(1e-4));
-            const auto color = peeled.layers.at<color_column>(front[p]);
+            const auto color = peeled.at<color_column>(front[p]);
             for (std::size_t c = 0; c < 3; ++c) differing += color[c] != seen.color.data()[3 * p + c] ? 1U : 0U;
         }
         // Only where two surfaces are equally near, to rounding, may another one be in front.
@@ -95,45 +95,45 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
 }
 
 TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
-    const photo_layers layers = test::lift_disparity(image<float>(24, 30, 1, 0.4F));
+    const photo_layers layers = over_range(test::lift_disparity(image<float>(24, 30, 1, 0.4F)));
     const view v = own_view(layers.topology);
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
-        const peeled_layers peeled = peel(layers, v, range, moved_view(v.camera, range, 0.4F, shift));
+        const photo_layers peeled = peel(layers, v, moved_view(v.camera, range, 0.4F, shift));
         const std::size_t columns = 30 - static_cast<std::size_t>(std::floor(std::abs(shift) + 0.5F));
-        CHECK(peeled.layers.size() == 24 * columns);
-        CHECK(link_count(peeled.layers.topology) == 23 * columns + 24 * (columns - 1));
+        CHECK(peeled.size() == 24 * columns);
+        CHECK(link_count(peeled.topology) == 23 * columns + 24 * (columns - 1));
     }
     // Nearer, each pixel becomes several; farther, several become one.
     view other = v;
     other.position = {0.01F, 0.02F, -0.7F};
-    const peeled_layers larger = peel(layers, v, range, other);
-    CHECK(larger.layers.size() == 24 * 30);
-    CHECK(link_count(larger.layers.topology) == 23 * 30 + 24 * 29);
-    CHECK(larger.range.depth(larger.layers.column<disparity_column>()[0]) == Approx(range.depth(0.4F) - 0.7F));
+    const photo_layers larger = peel(layers, v, other);
+    CHECK(larger.size() == 24 * 30);
+    CHECK(link_count(larger.topology) == 23 * 30 + 24 * 29);
+    CHECK(larger.range.depth(larger.column<disparity_column>()[0]) == Approx(range.depth(0.4F) - 0.7F));
     other.position = {0, 0, 5};
-    const peeled_layers smaller = peel(layers, v, range, other);
-    CHECK(connected_components(smaller.layers.topology).count() == 1);
+    const photo_layers smaller = peel(layers, v, other);
+    CHECK(connected_components(smaller.topology).count() == 1);
 }
 
 TEST_CASE("a near strip lies before the plane behind it, and neither is linked to the other") {
-    photo_layers layers = test::lift_disparity(image<float>(16, 40, 1, 0.0F));
+    photo_layers layers = over_range(test::lift_disparity(image<float>(16, 40, 1, 0.0F)));
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
     for (std::int32_t y = 0; y < 16; ++y)
         for (const std::int32_t x : {15, 20}) layers.topology.unlink(y * 40 + x, side::left);
     const view v = own_view(layers.topology);
     // Near moves 10 to the right, far 2: the strip leaves [15, 20) for [25, 30), and [17, 22) of the plane behind is open.
-    const peeled_layers peeled = peel(layers, v, range, moved_view(v.camera, range, 1, 10));
-    const graph& g = peeled.layers.topology;
+    const photo_layers peeled = peel(layers, v, moved_view(v.camera, range, 1, 10));
+    const graph& g = peeled.topology;
     std::size_t near_pixels = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        const bool is_near = peeled.layers.column<disparity_column>()[i] > 0.5F;
+        const bool is_near = peeled.column<disparity_column>()[i] > 0.5F;
         near_pixels += is_near ? 1 : 0;
         CHECK((is_near ? g.x[i] >= 25 && g.x[i] < 30 : g.x[i] >= 2 && (g.x[i] < 17 || g.x[i] >= 22)));
         const bool at_tear = is_near ? g.x[i] == 29 : g.x[i] == 16 || g.x[i] == 39;
         CHECK((g.right[i] == no_pixel) == at_tear);
         if (g.right[i] != no_pixel)
-            CHECK((peeled.layers.column<disparity_column>()[static_cast<std::size_t>(g.right[i])] > 0.5F) == is_near);
+            CHECK((peeled.column<disparity_column>()[static_cast<std::size_t>(g.right[i])] > 0.5F) == is_near);
     }
     CHECK(near_pixels == 16 * 5);
     CHECK(g.size() == 16 * (5 + 15 + 18));
@@ -141,19 +141,19 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
 
 TEST_CASE("a slope that folds back is linked on either side of the fold only, and is gone where backs are left out") {
     // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
-    photo_layers layers = test::lift_disparity(image<float>(6, 40, 1, 0.0F));
+    photo_layers layers = over_range(test::lift_disparity(image<float>(6, 40, 1, 0.0F)));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology.x[i] - 10) * 0.1F, 0.0F, 1.0F);
     const view v = own_view(layers.topology);
     const view from = moved_view(v.camera, range, 1, -25);  // 2 pixels a tenth of disparity: -1 pixel a pixel
-    const peeled_layers both = peel(layers, v, range, from);
-    CHECK(!validate_canonical(both.layers.topology, both.layers.column<disparity_column>()));
-    CHECK(connected_components(both.layers.topology).count() == 3);
+    const photo_layers both = peel(layers, v, from);
+    CHECK(!validate_canonical(both.topology, both.column<disparity_column>()));
+    CHECK(connected_components(both.topology).count() == 3);
     peel_options options;
     options.both_sides = false;
-    const peeled_layers front = peel(layers, v, range, from, options);
-    CHECK(connected_components(front.layers.topology).count() == 2);
-    CHECK(front.layers.size() < both.layers.size());
+    const photo_layers front = peel(layers, v, from, options);
+    CHECK(connected_components(front.topology).count() == 2);
+    CHECK(front.size() < both.size());
 }
 
 TEST_CASE("threads do not change what is peeled") {
@@ -161,8 +161,8 @@ TEST_CASE("threads do not change what is peeled") {
     const photo_layers layers = random_lifted(random, 50, 45);
     const view v = own_view(layers.topology), from = random_view(v, random);
     thread_pool threads(3);
-    const peeled_layers one = peel(layers, v, range, from), many = peel(layers, v, range, from, {}, threads);
-    CHECK(testing::same_graph(one.layers.topology, many.layers.topology));
-    CHECK(one.layers.column<color_column>() == many.layers.column<color_column>());
-    CHECK(one.layers.column<disparity_column>() == many.layers.column<disparity_column>());
+    const photo_layers one = peel(layers, v, from), many = peel(layers, v, from, {}, threads);
+    CHECK(testing::same_graph(one.topology, many.topology));
+    CHECK(one.column<color_column>() == many.column<color_column>());
+    CHECK(one.column<disparity_column>() == many.column<disparity_column>());
 }

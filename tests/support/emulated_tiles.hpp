@@ -1,9 +1,9 @@
-// A tile unit in software, for kernels/detail/gemm_u8_tiles.hpp: it computes what AMX does and notes what AMX would fault on, by
+// A tile unit in software, for kernels/gemm_u8/tiles.hpp: it computes what AMX does and notes what AMX would fault on, by
 // the pseudocode of Intel's "Software Developer's Manual", volume 2 (LDTILECFG, TILELOADD, TILESTORED, TDPBUSD, TILERELEASE).
 // Nothing here allocates, so that a signal handler may use it.
 #pragma once
 
-#include <ldi/kernels/detail/gemm_u8_tiles.hpp>
+#include <ldi/kernels/gemm_u8/tiles.hpp>
 
 #include <array>
 #include <cstddef>

@@ -28,11 +28,11 @@ struct random_bytes {
     }
 };
 
-/// Every instruction set that this machine has, scalar among them.
+/// Every instruction set that this machine has, scalar first.
 inline std::vector<ldi::isa> available_isas() {
     std::vector<ldi::isa> sets;
-    for (ldi::isa set : ldi::all_isas)
-        if (ldi::is_available(set)) sets.push_back(set);
+    for (const ldi::instruction_set& set : ldi::instruction_sets)
+        if (ldi::is_available(set.id)) sets.push_back(set.id);
     return sets;
 }
 

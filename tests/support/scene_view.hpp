@@ -2,11 +2,17 @@
 #pragma once
 
 #include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 
 namespace ldi::test {
 
 inline const depth_range range{1, 5};
+
+inline photo_layers over_range(photo_layers layers) {
+    layers.range = range;
+    return layers;
+}
 
 inline view own_view(const graph& g) {
     view v;

@@ -302,11 +302,11 @@ await test("a headset shows two views, and the head moves one to one", opened({ 
     assert.ok(alike < 35, `each eye sees its own picture: ${alike} dB`);
 
     const moved = await moveHead(page, () => {
-        window.emulated.position.x += 0.1;
-        window.emulated.position.y += 0.05;
+        window.emulated.position.x += 0.02;
+        window.emulated.position.y += 0.01;
     });
-    assertNear(betweenEyes(moved)[0] - betweenEyes(home)[0], 0.1, 1e-3, "meters to the right");
-    assertNear(betweenEyes(moved)[1] - betweenEyes(home)[1], 0.05, 1e-3, "meters up");
+    assertNear(betweenEyes(moved)[0] - betweenEyes(home)[0], 0.02, 1e-3, "meters to the right");
+    assertNear(betweenEyes(moved)[1] - betweenEyes(home)[1], 0.01, 1e-3, "meters up");
     assert.equal(moved.visibility, 1);
 
     const lit = await desk.brightness(await picture(page, "canvas >> nth=0"));

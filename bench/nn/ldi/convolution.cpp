@@ -68,7 +68,7 @@ struct layer {
     bool on_image, is_partial;
 };
 
-void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::span<const ldi::convolution_source> sources) {
+void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::span<const ldi::feature_view> sources) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
     const ldi::buffer<float> weights = random_floats(l.outputs * l.inputs * elements), bias = random_floats(l.outputs);
     const ldi::conv_f32_weights packed = ldi::pack_convolution(ldi::best_isa(), weights, bias, l.kernel_size, ldi::relu);
@@ -92,7 +92,7 @@ void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::
 void convolution(benchmark::State& state, const layer& l) {
     const ldi::graph& g = l.on_image ? image() : photo();
     const ldi::buffer<float> values = random_floats(g.size() * l.inputs);
-    const ldi::convolution_source source{values, l.inputs, {}, {}};
+    const ldi::feature_view source{values, l.inputs, {}, {}};
     measure(state, l, g, std::span(&source, 1));
 }
 
@@ -101,7 +101,7 @@ void masked(benchmark::State& state, const layer& l) {
     const ldi::buffer<float> values = random_floats(g.size() * l.inputs);
     ldi::buffer<std::uint8_t> mask(g.size());
     for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i / 100 % 10 != 0 ? 1 : 0;
-    const ldi::convolution_source source{values, l.inputs, {}, mask};
+    const ldi::feature_view source{values, l.inputs, {}, mask};
     measure(state, l, g, std::span(&source, 1));
 }
 
@@ -110,7 +110,7 @@ void decoder(benchmark::State& state, const layer& l) {
     const ldi::graph& g = photo();
     const std::size_t beside = l.inputs / 3, above = l.inputs - beside;
     const ldi::buffer<float> coarse = random_floats(coarse_photo().kept.size() * above), fine = random_floats(g.size() * beside);
-    const ldi::convolution_source sources[] = {{coarse, above, coarse_photo().parent, {}}, {fine, beside, {}, {}}};
+    const ldi::feature_view sources[] = {{coarse, above, coarse_photo().parent, {}}, {fine, beside, {}, {}}};
     measure(state, l, g, sources);
 }
 

@@ -55,8 +55,8 @@ int main() {
     for (const shape& s : {shape{3, 16, 16}, shape{3, 32, 32}, shape{5, 20, 40}, shape{3, 56, 72}, shape{3, 44, 20},
                            shape{3, 24, 3}, shape{7, 4, 20}}) {
         std::printf("%zux%zu, %2zu -> %2zu", s.kernel_size, s.kernel_size, s.channels, s.outputs);
-        for (const ldi::isa set : ldi::all_isas)
-            if (is_available(set)) measure(set, s);
+        for (const ldi::instruction_set& set : ldi::instruction_sets)
+            if (is_available(set.id)) measure(set.id, s);
         std::printf("\n");
     }
 }

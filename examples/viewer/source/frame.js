@@ -6,6 +6,8 @@
 
 import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, Path, PlaneGeometry, ShaderMaterial, Shape, ShapeGeometry } from "three";
 
+import { withinMotion } from "./budget.js";
+
 /** @typedef {import("./photo.js").Photo} Photo */
 
 /**
@@ -23,15 +25,20 @@ const sideways = 0.75;
 /** How far the viewer comes in at `forward` 1, as a share of the distance of the nearest surface. */
 const wayIn = 0.22;
 
-/** The reach at which the model begins to fade, and the one at which it is gone. */
-const fadeBegins = 1.05;
-const fadeEnds = 1.6;
+/** Between these lengths of the way the model fades: while a finger drags too far, and when a head leaves what there is to see. */
+const fading = { dragged: [1.05, 1.6], head: [0.7, 1] };
 
-/** @param {number} reach  length of the way, 1 is as far as the viewer should go. @returns {number} 1: all there, 0: gone */
-export function visibility(reach) {
-    const t = Math.min(Math.max((fadeEnds - reach) / (fadeEnds - fadeBegins), 0), 1);
+/** @returns {number} 1: all there, 0: gone */
+function faded([begin, end], reach) {
+    const t = Math.min(Math.max((end - reach) / (end - begin), 0), 1);
     return t * t * (3 - 2 * t);
 }
+
+/** @param {number} reach  length of the way, 1 is as far as the viewer should go. @returns {number} 1: all there, 0: gone */
+export const visibility = (reach) => faded(fading.dragged, reach);
+
+/** @param {number} reach  see headReach(). @returns {number} 1: all there, 0: gone */
+export const headVisibility = (reach) => faded(fading.head, reach);
 
 /** The window on a flat screen. Lengths are in the photo's units. */
 export class FlatFrame {
@@ -40,6 +47,7 @@ export class FlatFrame {
      * @param {number} hiddenBorder  how much of the photo is hidden along every side, as a share of its shorter side
      */
     constructor(photo, hiddenBorder) {
+        this.budget = photo.budget;
         const halfWidth = photo.halfHeight * photo.aspect;
         const border = 2 * hiddenBorder * Math.min(halfWidth, photo.halfHeight);
         /** Half the size of what is seen, at distance 1. */
@@ -61,13 +69,14 @@ export class FlatFrame {
     /** The position of the viewer. @param {Reach} reach */
     position({ right, up, forward }) {
         const away = forward > 0 ? -forward * this.farthestIn : -forward * this.farthestBack;
-        return { x: right * this.farthestAside, y: up * this.farthestAside, z: away };
+        return withinMotion({ x: right * this.farthestAside, y: up * this.farthestAside, z: away }, this.budget);
     }
 
     /** The angles that the viewer has gone around the pivot, in degrees. @param {Reach} reach */
-    angles({ right, up }) {
-        const degrees = (aside) => (Math.atan2(aside * this.farthestAside, this.pivot) * 180) / Math.PI;
-        return { horizontal: degrees(right), vertical: degrees(up) };
+    angles(reach) {
+        const { x, y } = this.position(reach);
+        const degrees = (aside) => (Math.atan2(aside, this.pivot) * 180) / Math.PI;
+        return { horizontal: degrees(x), vertical: degrees(y) };
     }
 
     /**

@@ -2,6 +2,7 @@
 
 import { Box3, Group, Matrix4, Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { readBudget } from "./budget.js";
 
 /**
  * A model in the space of the camera that took the photo: the camera at the origin, looking along -z, y up.
@@ -12,6 +13,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
  * @property {number} halfHeight  half the photo's height at distance 1: the tangent of half the vertical field of view
  * @property {number} nearest  distance of the nearest surface along the optical axis
  * @property {number} farthest  of the farthest
+ * @property {import("./budget.js").Budget | null} budget  how far the viewer may go; null where the file does not say
  */
 
 /**
@@ -34,7 +36,8 @@ export async function readPhoto(bytes) {
 
     const { nearest, farthest } = depthRange(model);
     const halfHeight = Math.tan((camera.fov * Math.PI) / 360);
-    return { model, aspect: camera.aspect, halfHeight, nearest, farthest };
+    const halfWidth = halfHeight * camera.aspect;
+    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, budget: readBudget(file.scene.userData, halfWidth, halfHeight) };
 }
 
 /** Frees what a photo holds on the graphics card. @param {Photo} photo */

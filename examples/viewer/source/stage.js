@@ -1,7 +1,7 @@
 // Draws: the photo on the canvas or in a headset, from where the motion or the head says.
 
 import { Color, Group, NoToneMapping, PerspectiveCamera, Scene, WebGLRenderer } from "three";
-import { FlatFrame, headsetFrame, Veil, visibility } from "./frame.js";
+import { FlatFrame, headsetFrame, headVisibility, Veil, visibility } from "./frame.js";
 import { headReach } from "./headset.js";
 import { disposeOf } from "./photo.js";
 
@@ -127,7 +127,7 @@ export class Stage {
         this.place.position.copy(this.head.photoPosition);
         this.place.quaternion.copy(this.head.photoTurn);
         this.wall.visible = true;
-        this.veil.setVisibility(visibility(headReach(this.head, this.photo)));
+        this.veil.setVisibility(headVisibility(headReach(this.head, this.photo)));
         return true;
     }
 
@@ -140,7 +140,7 @@ export class Stage {
             visibility: 1 - this.veil.material.uniforms.opacity.value,
             isIdle: this.motion.isIdle,
             isInHeadset: this.head !== null,
-            headDistance: this.head?.distance ?? 0,
+            headDistance: this.head?.moved.length() ?? 0,
             eyes: this.head ? this.renderer.xr.getCamera().cameras.map((eye) => this.place.worldToLocal(eye.position.clone()).toArray()) : [],
         };
     }

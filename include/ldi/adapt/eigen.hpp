@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// V x 3 positions; x right, y up, the photo's camera at the origin looking along -z.
 using position_map = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>;

@@ -15,7 +15,7 @@
 #include <string>
 #include <type_traits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The image's own memory as an H x W x C tensor: the image must live, and not be assigned to, as long as this is used.
 template <class Scalar>

@@ -1,12 +1,28 @@
-// What a user can set before including any header of ldi, and what ldi learns about the compiler.
+// Settings that a user can make before including any header of ldi, and facts that ldi finds out about the compiler.
 //
 //   LDI_ASSERT(condition)   checks that the API is used as documented. Defaults to assert(); define it to your engine's own.
 //   LDI_HAS_EXCEPTIONS      0 or 1; found out from the compiler unless set. With 0, errors go to the handler of base/error.hpp.
+//   LDI_CONFIGURATION       names the inline namespace that all of ldi lies in, such as v0_1_0 or v0_1_0_ndebug_avx2_fma. Do not
+//   set it.
+//
+// Translation units of one program may be compiled differently: the namespace keeps apart what the linker would take for the
+// same. So an object of one configuration is no object of another, and an ldi::error that crosses over is caught as
+// std::runtime_error. Each configuration has an error handler and a memory of each thread of its own.
 #pragma once
 
 #include <ldi/version.hpp>
 
 #include <cassert>
+
+// ---- the parts of the namespace's name
+
+#if defined(LDI_ASSERT)
+#define LDI_ASSERTION_PART _own_assert
+#elif defined(NDEBUG)
+#define LDI_ASSERTION_PART _ndebug
+#else
+#define LDI_ASSERTION_PART
+#endif
 
 #ifndef LDI_ASSERT
 #define LDI_ASSERT(condition) assert(condition)
@@ -19,3 +35,70 @@
 #define LDI_HAS_EXCEPTIONS 0
 #endif
 #endif
+
+#if LDI_HAS_EXCEPTIONS
+#define LDI_EXCEPTION_PART
+#else
+#define LDI_EXCEPTION_PART _no_exceptions
+#endif
+
+// What the whole translation unit may use, and compilers do without being asked.
+#if defined(__AVX512VBMI__)
+#define LDI_VECTOR_PART _avx512vbmi
+#elif defined(__AVX512VL__)
+#define LDI_VECTOR_PART _avx512vl
+#elif defined(__AVX512F__)
+#define LDI_VECTOR_PART _avx512
+#elif defined(__AVX2__)
+#define LDI_VECTOR_PART _avx2
+#elif defined(__AVX__)
+#define LDI_VECTOR_PART _avx
+#elif defined(__SSE4_2__)
+#define LDI_VECTOR_PART _sse4_2
+#elif defined(__SSE4_1__)
+#define LDI_VECTOR_PART _sse4_1
+#elif defined(__SSSE3__)
+#define LDI_VECTOR_PART _ssse3
+#elif defined(__SSE3__)
+#define LDI_VECTOR_PART _sse3
+#elif defined(__ARM_FEATURE_SVE)
+#define LDI_VECTOR_PART _sve
+#elif defined(__wasm_relaxed_simd__)
+#define LDI_VECTOR_PART _relaxed_simd
+#elif defined(__wasm_simd128__)
+#define LDI_VECTOR_PART _simd
+#else
+#define LDI_VECTOR_PART
+#endif
+
+#if defined(__AVX512VNNI__) || defined(__AVXVNNI__) || defined(__ARM_FEATURE_DOTPROD)
+#define LDI_DOT_PRODUCT_PART _dot
+#else
+#define LDI_DOT_PRODUCT_PART
+#endif
+
+#if defined(__FMA__) || defined(__FMA4__)
+#define LDI_FMA_PART _fma
+#else
+#define LDI_FMA_PART
+#endif
+
+#if defined(__BMI__) || defined(__BMI2__) || defined(__LZCNT__) || defined(__ARM_FEATURE_ATOMICS)
+#define LDI_BIT_PART _bmi
+#elif defined(__POPCNT__)
+#define LDI_BIT_PART _popcnt
+#else
+#define LDI_BIT_PART
+#endif
+
+#if defined(__FAST_MATH__)
+#define LDI_MATH_PART _fast_math
+#else
+#define LDI_MATH_PART
+#endif
+
+#define LDI_JOIN(a, b, c, d, e, f, g, h, i, j) v##a##_##b##_##c##d##e##f##g##h##i##j
+#define LDI_JOIN_VALUES(a, b, c, d, e, f, g, h, i, j) LDI_JOIN(a, b, c, d, e, f, g, h, i, j)
+#define LDI_CONFIGURATION                                                                                            \
+    LDI_JOIN_VALUES(LDI_VERSION_MAJOR, LDI_VERSION_MINOR, LDI_VERSION_PATCH, LDI_EXCEPTION_PART, LDI_ASSERTION_PART, \
+                    LDI_VECTOR_PART, LDI_DOT_PRODUCT_PART, LDI_FMA_PART, LDI_BIT_PART, LDI_MATH_PART)

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 class disjoint_sets {
 public:
@@ -24,14 +24,14 @@ public:
 
     /// Appends an integer in a set of its own, and returns it.
     std::int32_t add() {
-        const std::int32_t member = static_cast<std::int32_t>(parent_.size());
+        const std::int32_t member = parent_.count();
         parent_.push_back(member);
         return member;
     }
 
     /// The smallest member of the set that holds `member`.
     std::int32_t find(std::int32_t member) {
-        LDI_ASSERT(member >= 0 && static_cast<std::size_t>(member) < size());
+        LDI_ASSERT(member >= 0 && member < parent_.count());
         while (parent(member) != member) {
             parent(member) = parent(parent(member));
             member = parent(member);
@@ -55,8 +55,8 @@ public:
     std::int32_t number(buffer<std::int32_t>& labels) const {
         labels.resize(size());
         std::int32_t count = 0;
-        for (std::size_t i = 0; i < size(); ++i) {
-            const std::size_t up = static_cast<std::size_t>(parent_[i]);  // never above i, so it has its number already
+        for (std::int32_t i = 0; i < parent_.count(); ++i) {
+            const std::int32_t up = parent_[i];  // never above i, so it has its number already
             labels[i] = up == i ? count++ : labels[up];
         }
         return count;

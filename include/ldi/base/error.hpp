@@ -11,9 +11,9 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What kind of thing went wrong.
+/// The kinds of errors.
 enum class error_code {
     invalid_option,  ///< an option is outside its documented range
     invalid_data,    ///< a file or buffer breaks its format
@@ -22,6 +22,7 @@ enum class error_code {
     too_large,       ///< beyond a documented limit; checked before anything is allocated
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
+    out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -34,11 +35,12 @@ constexpr std::string_view to_string(error_code code) {
         case error_code::too_large: return "too large";
         case error_code::file_access: return "file access";
         case error_code::canceled: return "canceled";
+        case error_code::out_of_memory: return "out of memory";
     }
     return "unknown error";
 }
 
-/// What is known about an error: enough to show a person, or to decide what to do.
+/// The facts about an error: enough to show a person, or to decide what to do.
 struct error_details {
     error_code code;
     std::string where;     ///< the file, tensor, option or stage
@@ -88,9 +90,10 @@ inline error_handler set_error_handler(error_handler handler) {
     return std::exchange(detail::installed_error_handler(), handler);
 }
 
-/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns.
-[[noreturn]] inline void raise(error_code code, std::string where, std::string expected, std::string found) {
-    error_details details{code, std::move(where), std::move(expected), std::move(found)};
+/// Reports bad input: throws ldi::error, or calls the installed handler where exceptions are off. Never returns. Its parameters
+/// are views, so that none of its many callers makes strings of literals, which takes longest to compile of all they do.
+[[noreturn]] inline void raise(error_code code, std::string_view where, std::string_view expected, std::string_view found) {
+    error_details details{code, std::string(where), std::string(expected), std::string(found)};
 #if LDI_HAS_EXCEPTIONS
     throw error(std::move(details));
 #else

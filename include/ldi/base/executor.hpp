@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
@@ -39,12 +39,13 @@ struct serial_executor {
 };
 
 /// Calls `body(first, last)` on consecutive pieces that together cover [0, count), each of at least `grain` indices unless
-/// `count` is smaller. Where the pieces are cut depends on the executor, so results must not depend on it. The first exception
+/// `count` is smaller. A grain should be worth more than the few microseconds that handing a piece to a thread costs. The places
+/// of the cuts depend on the executor, so results must not depend on them. The first exception
 /// that a call throws is rethrown here, after all calls have ended; pieces that have not begun by then are left out.
 template <executor Executor, class Body>
 void parallel_for(Executor& threads, std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces a thread even out uneven work
+    const std::size_t wanted = threads.concurrency() * 4;  // a few pieces per thread even out uneven work
     const std::size_t possible = count / std::max<std::size_t>(grain, 1);
     const std::size_t pieces = threads.concurrency() <= 1 ? 1 : std::min<std::size_t>(wanted, possible);
     if (pieces <= 1) {

@@ -1,6 +1,8 @@
-// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang, x86 and Arm, know this type;
-// what they make of ordinary loops with comparisons in them depends on their version and flags.
+// Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
+// Arm. It is spelled out because their code for ordinary loops with comparisons depends on version and flags.
 #pragma once
+
+#include <ldi/base/config.hpp>
 
 #include <cstddef>
 #include <cstring>
@@ -9,7 +11,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace ldi::detail::lanes {
+namespace ldi::inline LDI_CONFIGURATION::detail::lanes {
 
 using four_floats = float __attribute__((vector_size(16)));
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);

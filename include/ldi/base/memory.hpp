@@ -3,9 +3,11 @@
 #pragma once
 
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <initializer_list>
@@ -13,9 +15,9 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// Where memory comes from. Must live as long as anything that was allocated from it. Its functions are called on any thread that
+/// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
 /// works for a stage.
 struct memory {
     void* context = nullptr;
@@ -37,7 +39,7 @@ inline void release_to_system(void*, void* block, std::size_t) { std::free(block
 
 inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_to_system};
 
-/// What this thread allocates from.
+/// The memory that this thread allocates from.
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
@@ -48,7 +50,7 @@ template <class T>
 concept element_iterator = requires(T i) {
     *i;
     ++i;
-    static_cast<std::size_t>(i - i);
+    i - i;
 };
 
 /// Apart from `buffer`, so that it is compiled once for all element types.
@@ -56,13 +58,13 @@ concept element_iterator = requires(T i) {
 #if LDI_HAS_EXCEPTIONS
     throw std::bad_alloc();
 #else
-    std::abort();
+    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
 #endif
 }
 
 }  // namespace detail
 
-/// What buffers on this thread are allocated from at present: the C library's memory unless a `memory_scope` says otherwise.
+/// The memory that buffers on this thread are allocated from at present: the C library's, unless a `memory_scope` says otherwise.
 inline const memory& current_memory() { return *detail::memory_of_thread(); }
 
 /// Makes the calling thread allocate from `from` until the end of the block. Stages hand it on to the threads of their executor.
@@ -80,14 +82,14 @@ private:
     const memory* before_;
 };
 
-/// Asks for values that are not set, where a buffer would set them to zero otherwise.
+/// Asks for values that are left as they are. Without it a buffer sets them to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
 
 /// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
-/// gives it back there. Like std::vector, but: any integer subscripts it, without a cast; `unset` leaves values of trivial types
-/// as they are; a moved-from buffer is empty. If memory runs out it throws std::bad_alloc, and keeps what it had; without
-/// exceptions the program ends.
+/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
+/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
+/// exceptions it raises error_code::out_of_memory.
 template <class T>
 class buffer {
 public:
@@ -122,6 +124,11 @@ public:
     ~buffer() { release(); }
 
     std::size_t size() const { return size_; }
+    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    std::int32_t count() const {
+        LDI_ASSERT(size_ <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size_);
+    }
     std::size_t capacity() const { return capacity_; }
     bool empty() const { return size_ == 0; }
     T* data() { return values_; }
@@ -146,17 +153,17 @@ public:
 
     /// New values are zero.
     void resize(std::size_t count) {
-        change_size(count, [](void* place) { ::new (place) T(); });
+        change_size(count, [](T* place) { construct(place); });
     }
     /// New values of trivial types are not set.
     void resize(std::size_t count, unset_t) {
         if constexpr (std::is_trivially_default_constructible_v<T>)
-            change_size(count, [](void*) {});
+            change_size(count, [](T*) {});
         else
             resize(count);
     }
     void resize(std::size_t count, const T& value) {
-        change_size(count, [copy = value](void* place) { ::new (place) T(copy); });
+        change_size(count, [copy = value](T* place) { construct(place, copy); });
     }
     void reserve(std::size_t count) {
         if (count > capacity_) reallocate(count);
@@ -179,9 +186,11 @@ public:
         if (size_ == capacity_) {
             T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
             reallocate(grown(size_ + 1));
-            return *::new (static_cast<void*>(values_ + size_++)) T(std::move(made));
+            construct(values_ + size_, std::move(made));
+        } else {
+            construct(values_ + size_, std::forward<Arguments>(arguments)...);
         }
-        return *::new (static_cast<void*>(values_ + size_++)) T(std::forward<Arguments>(arguments)...);
+        return values_[size_++];  // only now: what could not be made is not destroyed
     }
     void pop_back() {
         --size_;
@@ -190,28 +199,27 @@ public:
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
-        const std::size_t count = static_cast<std::size_t>(last - first);
+        const std::size_t count = distance(first, last);
         if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
-        for (; first != last; ++first, ++size_) ::new (static_cast<void*>(values_ + size_)) T(static_cast<T>(*first));
+        for (; first != last; ++first, ++size_) construct(values_ + size_, static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size_ - at,
-                          count = static_cast<std::size_t>(last - first);
+        const std::size_t at = distance(begin(), place), moved = size_ - at, count = distance(first, last);
         if (size_ + count > capacity_) reallocate(grown(size_ + count));
         if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
-        for (T* to = values_ + at; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        for (T* to = values_ + at; first != last; ++first, ++to) construct(to, static_cast<T>(*first));
         size_ += count;
         return values_ + at;
     }
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
         static_assert(std::is_trivially_copyable_v<T>);
-        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
-        size_ -= static_cast<std::size_t>(last - first);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, distance(last, end()) * sizeof(T));
+        size_ -= distance(first, last);
         return first;
     }
     T* erase(T* place) { return erase(place, place + 1); }
@@ -231,16 +239,25 @@ public:
     }
 
 private:
+    template <class... Arguments>
+    static T& construct(T* place, Arguments&&... arguments) {
+        return *::new (static_cast<void*>(place)) T(std::forward<Arguments>(arguments)...);
+    }
+    template <class Iterator>
+    static std::size_t distance(Iterator first, Iterator last) {
+        return static_cast<std::size_t>(last - first);
+    }
+
     std::size_t grown(std::size_t needed) const {
         const std::size_t more = capacity_ + capacity_ / 2 + 4;
         return more > needed ? more : needed;
     }
 
-    template <class Construct>
-    void change_size(std::size_t count, Construct construct) {
+    template <class Make>
+    void change_size(std::size_t count, Make make) {
         if (count < size_) destroy_from(count);
         if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
-        for (; size_ < count; ++size_) construct(static_cast<void*>(values_ + size_));
+        for (; size_ < count; ++size_) make(values_ + size_);
     }
 
     void destroy_from(std::size_t count) {
@@ -249,9 +266,9 @@ private:
         size_ = count;
     }
 
-    void reallocate(std::size_t capacity) {
+    [[gnu::noinline]] void reallocate(std::size_t capacity) {  // seldom called, from very many places
         if (from_ == nullptr) from_ = &current_memory();
-        if (capacity > static_cast<std::size_t>(-1) / 2 / sizeof(T)) detail::out_of_memory();
+        if (capacity > SIZE_MAX / 2 / sizeof(T)) detail::out_of_memory();
         constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
         T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
         if (values == nullptr) detail::out_of_memory();
@@ -259,7 +276,7 @@ private:
             if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
         } else {
             for (std::size_t i = 0; i < size_; ++i) {
-                ::new (static_cast<void*>(values + i)) T(std::move(values_[i]));
+                construct(values + i, std::move(values_[i]));
                 values_[i].~T();
             }
         }

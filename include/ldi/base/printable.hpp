@@ -1,11 +1,13 @@
 // Names that come out of files, in messages.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// A name from a file, fit for a message: short, and in printable characters.
 inline std::string printable(std::string_view name) {

@@ -1,12 +1,11 @@
-// How the caller follows long work, and stops it.
+// Progress reports of long work, and the way to cancel it.
 #pragma once
 
 #include <ldi/base/error.hpp>
 
-#include <string>
 #include <string_view>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Both functions may be null; both are called on the thread that called the stage.
 struct progress_listener {
@@ -18,7 +17,7 @@ struct progress_listener {
     void report(std::string_view stage, float fraction) const {
         if (on_progress != nullptr) on_progress(user, stage, fraction);
         if (is_canceled != nullptr && is_canceled(user))
-            raise(error_code::canceled, std::string(stage), "to run to the end", "a request to stop");
+            raise(error_code::canceled, stage, "to run to the end", "a request to stop");
     }
 };
 

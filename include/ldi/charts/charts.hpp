@@ -17,11 +17,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
 struct chart {
@@ -36,14 +35,14 @@ struct chart_set {
     buffer<chart> charts;
 };
 
-/// Where a chart lies in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
+/// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
 /// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
 
 struct chart_options {
-    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are shared out evenly:
+    /// No bounding box is wider or higher than this, in pixels; at least 16. The photo's width and height are divided evenly:
     /// 1152 pixels at a cap of 1000 make two charts of 576, not one of 1000 and a rest. Of ten photos of 1152 x 1536, eight
     /// filled their atlas best (0.58 to 0.89 of it) and coded smallest (3 to 5 % below a cap of 512) without cutting the photo at
     /// all, so only larger ones are cut.
@@ -55,17 +54,16 @@ struct chart_options {
 namespace detail {
 
 /// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
-/// at others are never of different surfaces within that range, so there constraint 3 holds of itself: almost everywhere, in a
-/// photo.
+/// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
+/// everywhere.
 inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
-    const std::size_t columns = static_cast<std::size_t>(g.width);
-    buffer<std::uint8_t> positions(columns * static_cast<std::size_t>(g.height), 0);
-    const auto row_of = [&](std::int32_t y) { return positions.data() + static_cast<std::size_t>(y) * columns; };
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    buffer<std::uint8_t> positions(g.position_count(), 0);
+    const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         const std::int32_t x = g.x[i], y = g.y[i];
         std::uint8_t& here = row_of(y)[x];
-        here = static_cast<std::uint8_t>((here & taken) == 0 ? here | taken : here | contested);
+        here |= (here & taken) == 0 ? taken : contested;
         if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
         const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
                           (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
@@ -85,7 +83,7 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, std::span<const float> disparity, surface_rule surface, const chart_options& options)
+    chart_grower(const graph& g, const buffer<float>& disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
@@ -93,15 +91,15 @@ public:
           cap_x_(even_share(g.width, options.max_side)),
           cap_y_(even_share(g.height, options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
-          occupants_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), no_pixel),
+          occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(options.filter_range)),
-          cell_columns_(static_cast<std::size_t>((g.width >> cell_shift_) + 1)),
-          cells_(cell_columns_ * static_cast<std::size_t>((g.height >> cell_shift_) + 1)) {
+          cell_columns_((g.width >> cell_shift_) + 1),
+          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height >> cell_shift_) + 1))) {
         result_.chart_of.assign(g.size(), -1);
     }
 
     chart_set grow_all() {
-        const std::int32_t count = static_cast<std::int32_t>(graph_.size());
+        const std::int32_t count = graph_.count();
         for (std::int32_t seed = 0; seed < count; ++seed)
             if (chart_of(seed) < 0) grow(seed);
         for (std::int32_t first = 0, last = 0; first < count; first = last) {
@@ -114,20 +112,21 @@ public:
     }
 
 private:
-    /// Pixels of one chart that are linked from left to right. Growth goes from run to run, because memory holds runs side by
-    /// side.
-    struct run {
+    /// Pixels of one chart that are linked from left to right. Growth goes from strip to strip. Not a pixel_run, whose pixels lie
+    /// side by side in memory: charts are made of layers in any order, so growth may only follow links; and looking up the place
+    /// of a strip's first pixel again would cost a cache miss.
+    struct strip {
         std::int32_t first, x, y, count;
     };
 
-    /// What disparities the chart that was here last has in a square of the lattice, among pixels near other surfaces. Mostly
-    /// tells at a glance that there is no other surface.
+    /// The disparities that the last chart here has in a square of the lattice, among pixels near other surfaces. In most cases
+    /// they show at once that there is no other surface.
     struct cell {
         std::int32_t chart = -1;
         float lowest = 0, highest = 0;
     };
 
-    /// Cells of 2^shift a side, so large that the filter's reach to both sides touches no more than two.
+    /// Cells with sides of 2^shift, so large that the filter's reach to both sides touches no more than two.
     static int cell_shift(std::int32_t range) {
         int shift = 1;
         while ((1 << shift) < 2 * range) ++shift;
@@ -142,36 +141,35 @@ private:
     std::int32_t& chart_of(std::int32_t pixel) { return result_.chart_of[pixel]; }
 
     void grow(std::int32_t seed) {
-        current_ = static_cast<std::int32_t>(result_.charts.size());
-        const std::size_t s = static_cast<std::size_t>(seed);
-        left_ = right_ = graph_.x[s], top_ = bottom_ = graph_.y[s];
+        current_ = result_.charts.count();
+        left_ = right_ = graph_.x[seed], top_ = bottom_ = graph_.y[seed];
         queue_.clear();
-        add_run(seed, graph_.x[s], graph_.y[s]);
-        std::size_t pixels = 0;
+        add_strip(seed, graph_.x[seed], graph_.y[seed]);
+        std::int64_t pixels = 0;
         for (std::size_t next = 0; next < queue_.size(); ++next) {
-            const run r = queue_[next];
-            pixels += static_cast<std::size_t>(r.count);
+            const strip r = queue_[next];
+            pixels += r.count;
             grow_from(r, graph_.up, r.y - 1);
             grow_from(r, graph_.down, r.y + 1);
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
-        grown.pixels.reserve(pixels);
+        grown.pixels.reserve(static_cast<std::size_t>(pixels));
         result_.charts.push_back(std::move(grown));
     }
 
-    void grow_from(const run& r, const buffer<std::int32_t>& links, std::int32_t y) {
+    void grow_from(const strip& r, const buffer<std::int32_t>& links, std::int32_t y) {
         std::int32_t pixel = r.first;
         for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
             const std::int32_t beyond = links[pixel];
-            if (may_join(beyond, x, y)) add_run(beyond, x, y);
+            if (may_join(beyond, x, y)) add_strip(beyond, x, y);
         }
     }
 
     /// Adds a pixel that may join, and all that may and are linked to it from left to right.
-    void add_run(std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    void add_strip(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         accept(pixel, x, y);
-        run r{pixel, x, y, 1};
+        strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
             last = graph_.right[last];
             if (!may_join(last, x + r.count, y)) break;
@@ -199,7 +197,7 @@ private:
         left_ = (std::min)(left_, x), right_ = (std::max)(right_, x);
         top_ = (std::min)(top_, y), bottom_ = (std::max)(bottom_, y);
         if (near_other_[at(x, y)] != 0) {
-            const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+            const float disparity = disparity_[pixel];
             cell& c = cell_at(x, y);
             if (c.chart != current_) c = {current_, disparity, disparity};
             c.lowest = (std::min)(c.lowest, disparity), c.highest = (std::max)(c.highest, disparity);
@@ -207,7 +205,7 @@ private:
     }
 
     cell& cell_at(std::int32_t x, std::int32_t y) {
-        return cells_[static_cast<std::size_t>(y >> cell_shift_) * cell_columns_ + static_cast<std::size_t>(x >> cell_shift_)];
+        return cells_[std::int64_t{y >> cell_shift_} * cell_columns_ + (x >> cell_shift_)];
     }
 
     /// The current chart's pixel at a lattice position.
@@ -216,7 +214,7 @@ private:
         return pixel != no_pixel && chart_of(pixel) == current_ ? pixel : no_pixel;
     }
 
-    /// What is within the filter's reach of a position.
+    /// The positions within the filter's reach of one.
     struct window {
         std::int32_t left, right, top, bottom;
     };
@@ -227,7 +225,7 @@ private:
 
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
         const window w = around(x, y);
-        const float disparity = disparity_[static_cast<std::size_t>(pixel)];
+        const float disparity = disparity_[pixel];
         const auto has_others = [&](const cell& c) {
             return c.chart == current_ && (c.lowest < disparity - threshold_ || c.highest > disparity + threshold_);
         };
@@ -262,25 +260,21 @@ private:
                differ(other, walk(along_y, std::abs(steps_y), along_x, std::abs(steps_x)));
     }
 
-    bool differ(std::int32_t a, std::int32_t b) const {
-        return std::abs(disparity_[static_cast<std::size_t>(a)] - disparity_[static_cast<std::size_t>(b)]) > threshold_;
-    }
+    bool differ(std::int32_t a, std::int32_t b) const { return std::abs(disparity_[a] - disparity_[b]) > threshold_; }
 
-    std::size_t at(std::int32_t x, std::int32_t y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
-    }
+    std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
     buffer<std::uint8_t> near_other_;
     buffer<std::int32_t> occupants_;
     int cell_shift_;
-    std::size_t cell_columns_;
+    std::int32_t cell_columns_;
     buffer<cell> cells_;
-    buffer<run> queue_;
+    buffer<strip> queue_;
     std::int32_t current_ = 0, left_ = 0, right_ = 0, top_ = 0, bottom_ = 0;
     chart_set result_;
 };

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
@@ -19,25 +19,24 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
     buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) ++first_run[static_cast<std::size_t>(g.y[i]) + 1];
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (g.left[i] == no_pixel) ++first_run[g.y[i] + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
     buffer<std::int32_t> starts(first_run.back());
     buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = static_cast<std::int32_t>(i);
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = i;
 
+    const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        if (g.x[i] != g.x[j]) return g.x[i] < g.x[j];
-        if (!disparity.empty() && disparity[i] != disparity[j]) return disparity[i] > disparity[j];
+        if (g.x[a] != g.x[b]) return g.x[a] < g.x[b];
+        if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
         return a < b;
     };
     buffer<std::int32_t> order;
     order.reserve(g.size());
     for (std::size_t y = 0; y + 1 < first_run.size(); ++y) {
-        const auto first = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y]);
-        const auto last = starts.begin() + static_cast<std::ptrdiff_t>(first_run[y + 1]);
+        const auto first = starts.begin() + first_run[y], last = starts.begin() + first_run[y + 1];
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
             for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
@@ -59,7 +58,7 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
-    for (std::size_t i = 0; i < order.size(); ++i) new_index[order[i]] = static_cast<std::int32_t>(i);
+    for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
     graph result;
     result.width = g.width, result.height = g.height;
     result.x = reordered(g.x, order), result.y = reordered(g.y, order);

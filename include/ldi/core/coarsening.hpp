@@ -12,13 +12,13 @@
 #include <span>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A graph at half resolution and how it hangs together with the one it comes from.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
-    buffer<std::int32_t> kept;    ///< one a coarse pixel: the index of the fine pixel that it is; ascending
-    buffer<std::int32_t> parent;  ///< one a fine pixel: the coarse pixel that it collapses to, or no_pixel
+    buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
+    buffer<std::int32_t> parent;  ///< per fine pixel: the coarse pixel that it collapses to, or no_pixel
 };
 
 /// The parent of an orphan: of a pixel from which no links inside its 2 x 2 group lead to a kept pixel, because it lies on a thin
@@ -40,8 +40,7 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
         return at;
     };
     const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    const std::size_t i = static_cast<std::size_t>(pixel);
-    const bool odd_x = g.x[i] % 2 == 1, odd_y = g.y[i] % 2 == 1;
+    const bool odd_x = g.x[pixel] % 2 == 1, odd_y = g.y[pixel] % 2 == 1;
     if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
     if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
     if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
@@ -63,9 +62,8 @@ inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, co
     std::size_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
-        const std::size_t start = static_cast<std::size_t>(run.first);
-        const std::int32_t y = g.y[start] / 2;
-        std::int32_t x = (g.x[start] + 1) / 2;
+        const std::int32_t y = g.y[run.first] / 2;
+        std::int32_t x = (g.x[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
             result.topology.x[n] = x, result.topology.y[n] = y;
@@ -123,10 +121,10 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
         std::int32_t pixel, parent;
     };
     buffer<adoption> ring, next;
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         if (parent[i] != no_pixel) continue;
-        const std::int32_t pixel = static_cast<std::int32_t>(i), found = parent_beside(pixel);
-        if (found != no_pixel) ring.push_back({pixel, found});
+        const std::int32_t found = parent_beside(i);
+        if (found != no_pixel) ring.push_back({i, found});
     }
     while (!ring.empty()) {
         // A ring is settled as a whole before the next is looked at: pixels at one distance must not adopt from each other.

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
@@ -31,22 +31,21 @@ inline components connected_components(const graph& g) {
     buffer<std::int32_t>& run_of = result.label;  // of each pixel, for now
     run_of.resize(count);
     detail::disjoint_sets sets;
-    for (std::size_t run = 0; run < runs.size(); ++run) {
+    for (std::int32_t run = 0; run < runs.count(); ++run) {
         sets.add();
-        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, static_cast<std::int32_t>(run));
+        std::fill(run_of.begin() + runs[run].first, run_of.begin() + runs[run].last, run);
     }
 
-    for (std::size_t run = 0; run < runs.size(); ++run) {
-        const std::int32_t this_run = static_cast<std::int32_t>(run);
+    for (std::int32_t run = 0; run < runs.count(); ++run) {
         const std::int32_t left = g.left[runs[run].first];
-        if (left != no_pixel) sets.merge(this_run, run_of[left]);
+        if (left != no_pixel) sets.merge(run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
             const std::int32_t above = g.up[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
             const std::int32_t run_above = run_of[above];
-            sets.merge(this_run, run_above);
+            sets.merge(run, run_above);
             merged_first = runs[run_above].first, merged_last = runs[run_above].last;
         }
     }

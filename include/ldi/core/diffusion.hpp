@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
@@ -57,7 +57,7 @@ public:
     /// The number of cells.
     std::size_t size() const { return levels_.empty() ? 0 : levels_[0].size(); }
 
-    /// Finds all values with `rounds` Gauss-Seidel rounds a level. A cell from which no links lead to a known value gets the
+    /// Finds all values with `rounds` Gauss-Seidel rounds per level. A cell from which no links lead to a known value gets the
     /// mean of all known ones.
     void solve(int rounds) {
         if (size() == 0) return;
@@ -107,7 +107,7 @@ private:
             known.push_back({});
             links.push_back({});
             position.push_back({x, y});
-            return static_cast<std::int32_t>(value.size()) - 1;
+            return value.count() - 1;
         }
 
         void link(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
@@ -115,7 +115,7 @@ private:
             links[b][from_b] = a;
         }
 
-        /// Where surfaces branch a joined cell may have two neighbors on a side; it keeps the first.
+        /// Keeps the first of two neighbors on a side, which a joined cell may have where surfaces branch.
         void link_if_free(std::int32_t a, std::int32_t b, std::size_t from_a, std::size_t from_b) {
             if (links[a][from_a] == 0 && links[b][from_b] == 0) link(a, b, from_a, from_b);
         }

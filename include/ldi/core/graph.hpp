@@ -1,5 +1,6 @@
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor a side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"), one column a row of it.
+// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one of
+// its rows.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -9,7 +10,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
@@ -34,7 +35,7 @@ constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side:
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
 /// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and so on round.
+/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the other sides.
 ///
 /// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
 struct graph {
@@ -43,6 +44,15 @@ struct graph {
     buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
 
     std::size_t size() const { return x.size(); }
+    /// K as a pixel's index.
+    std::int32_t count() const { return x.count(); }
+
+    /// Positions on the lattice, W x H of them, and which of these (x, y) is, row by row.
+    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width} * height); }
+    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
+        return static_cast<std::size_t>(std::int64_t{at_y} * width + at_x);
+    }
+    std::size_t position_of(std::int32_t pixel) const { return position(x[pixel], y[pixel]); }
 
     buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
     const buffer<std::int32_t>& neighbors(side s) const {
@@ -66,7 +76,7 @@ struct graph {
     std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
         x.push_back(pixel_x), y.push_back(pixel_y);
         for (side s : all_sides) neighbors(s).push_back(no_pixel);
-        return static_cast<std::int32_t>(size()) - 1;
+        return count() - 1;
     }
 
     /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
@@ -91,16 +101,15 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
     LDI_ASSERT(width >= 0 && height >= 0);
     graph g;
     g.width = width, g.height = height;
-    g.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    std::size_t i = 0;
+    g.resize(g.position_count());
+    std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)
         for (std::int32_t x = 0; x < width; ++x, ++i) {
-            const std::int32_t index = static_cast<std::int32_t>(i);
             g.x[i] = x, g.y[i] = y;
-            g.up[i] = y > 0 ? index - width : no_pixel;
-            g.down[i] = y + 1 < height ? index + width : no_pixel;
-            g.left[i] = x > 0 ? index - 1 : no_pixel;
-            g.right[i] = x + 1 < width ? index + 1 : no_pixel;
+            g.up[i] = y > 0 ? i - width : no_pixel;
+            g.down[i] = y + 1 < height ? i + width : no_pixel;
+            g.left[i] = x > 0 ? i - 1 : no_pixel;
+            g.right[i] = x + 1 < width ? i + 1 : no_pixel;
         }
     return g;
 }

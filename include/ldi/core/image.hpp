@@ -10,10 +10,10 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// Somebody else's H x W x C values, rows one after another and at most `row_stride` values apart. `image_view<const T>` cannot
-/// change them, and is what stages take.
+/// H x W x C values that belong to somebody else, with `row_stride` values from the start of a row to the start of the next.
+/// Stages take an `image_view<const T>`, which cannot change them.
 ///
 ///     ldi::image_view<const std::uint8_t> photo(mat.data, mat.rows, mat.cols, 3, mat.step);   // a cv::Mat of type CV_8UC3
 template <class Scalar>
@@ -31,7 +31,7 @@ public:
           row_stride_(row_stride == 0 ? width * channels : row_stride) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
-    /// What may be changed may be read.
+    /// From a view that may change the values to one that may not.
     template <class Other>
     requires(std::is_const_v<Scalar>&& std::is_same_v<Other, value_type>) image_view(const image_view<Other>& other)
         : image_view(other.data(), other.height(), other.width(), other.channels(), other.row_stride()) {}
@@ -51,9 +51,9 @@ public:
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) const {
-        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && static_cast<std::size_t>(x) < width_ &&
-                   static_cast<std::size_t>(c) < channels_);
-        return row(y)[static_cast<std::size_t>(x) * channels_ + static_cast<std::size_t>(c)];
+        const std::size_t column = static_cast<std::size_t>(x), channel = static_cast<std::size_t>(c);
+        LDI_ASSERT(static_cast<std::size_t>(y) < height_ && column < width_ && channel < channels_);
+        return row(y)[column * channels_ + channel];
     }
 
 private:
@@ -61,7 +61,7 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values of its own, without gaps.
+/// H x W x C values that it owns, without gaps.
 template <class Scalar>
 class image {
 public:

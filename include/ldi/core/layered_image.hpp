@@ -17,26 +17,26 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
 ///
 ///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
 ///
-/// Where it doesn't, a new pixel gets a copy from the pixel of the photo whose surface it continues.
+/// Otherwise a new pixel gets a copy from the pixel of the photo whose surface it continues.
 template <class T>
 concept payload_column = requires {
     typename T::scalar;
     { T::channels } -> std::convertible_to<std::size_t>;
 };
 
-/// What pixels that expand() adds have in a column.
+/// The value that pixels added by expand() get in a column.
 enum class new_pixels {
-    copy,  ///< what the pixel of the photo has that they grew from
+    copy,  ///< that of the pixel of the photo that they grew from
     zero,
 };
 
-/// What a column says of new pixels, or the default.
+/// The rule that a column gives for new pixels, or the default.
 template <payload_column Column>
 constexpr new_pixels at_new_pixels() {
     if constexpr (requires { Column::at_new_pixels; })
@@ -76,7 +76,9 @@ public:
     graph topology;
     surface_rule surface;   ///< which of its pixels are one surface
     pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< what its disparities stand for
+    depth_range range;      ///< the distances that its disparities stand for
+    /// How far the camera may go (render/motion.hpp) before it sees past where hidden surfaces end; 0 where there are none.
+    float motion = 0.0F;
 
     /// Whether there is such a column.
     template <class Column>
@@ -100,13 +102,13 @@ public:
     /// The scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return std::span<typename Column::scalar, Column::channels>(
-            column<Column>().data() + static_cast<std::size_t>(pixel) * Column::channels, Column::channels);
+        return std::span<typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
+                                                                    Column::channels);
     }
     template <payload_column Column>
     std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return std::span<const typename Column::scalar, Column::channels>(
-            column<Column>().data() + static_cast<std::size_t>(pixel) * Column::channels, Column::channels);
+        return std::span<const typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
+                                                                          Column::channels);
     }
 
     /// Makes every column as long as the graph; new rows are zero.
@@ -120,14 +122,14 @@ public:
 
     /// Cuts off the pixels whose place in `kept` is 0, with their links and rows; the others stay in their order.
     ///
-    /// kept  one a pixel
+    /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
         LDI_ASSERT(kept.size() == size());
         buffer<std::int32_t> order;
         std::size_t count = 0;
         for (const bool stays : {true, false}) {
-            for (std::size_t i = 0; i < kept.size(); ++i)
-                if ((kept[i] != 0) == stays) order.push_back(static_cast<std::int32_t>(i));
+            for (std::int32_t i = 0; i < topology.count(); ++i)
+                if ((kept.data()[i] != 0) == stays) order.push_back(i);
             if (stays) count = order.size();
         }
         for (std::size_t n = count; n < order.size(); ++n)
@@ -141,11 +143,16 @@ public:
     template <payload_column... Others>
     void take(layered_image<Others...>&& other) {
         topology = std::move(other.topology);
-        surface = other.surface, camera = other.camera, range = other.range;
+        surface = other.surface, camera = other.camera, range = other.range, motion = other.motion;
         ((column<Others>() = std::move(other.template column<Others>())), ...);
     }
 
 private:
+    template <class Column>
+    static std::size_t first_scalar(std::int32_t pixel) {
+        return static_cast<std::size_t>(pixel) * Column::channels;
+    }
+
     template <class Column>
     struct storage {
         buffer<typename Column::scalar> values;
@@ -171,7 +178,7 @@ public:
     using layered_image<Columns...>::layered_image;
     explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
         const graph& g = this->topology;
-        LDI_ASSERT(g.size() == static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+        LDI_ASSERT(g.size() == g.position_count());
     }
 };
 

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
 struct pixel_run {
@@ -19,7 +19,7 @@ struct pixel_run {
 /// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
 template <class Visit>
 void for_each_run(const graph& g, Visit&& visit) {
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
         while (last < count && g.right[last - 1] == last) ++last;

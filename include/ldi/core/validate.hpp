@@ -12,7 +12,7 @@
 #include <span>
 #include <string_view>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The invariants, in the order in which they are checked.
 enum class invariant {
@@ -22,7 +22,7 @@ enum class invariant {
     mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
     one_step_away,       ///< a neighbor lies one step to its side
     canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
-    a_row_a_pixel,       ///< every payload column has a row for each pixel
+    a_row_a_pixel,       ///< every payload column has one row per pixel
     disparity_in_range,  ///< disparities lie in [0, 1]
 };
 
@@ -51,11 +51,9 @@ inline std::optional<violation> validate(const graph& g) {
     for (side s : all_sides)
         if (g.neighbors(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
     if (g.y.size() != g.size()) return violation{invariant::equal_columns, no_pixel};
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
-    for (std::int32_t i = 0; i < count; ++i) {
-        const std::size_t k = static_cast<std::size_t>(i);
-        if (g.x[k] < 0 || g.x[k] >= g.width || g.y[k] < 0 || g.y[k] >= g.height) return violation{invariant::inside_lattice, i};
-    }
+    const std::int32_t count = g.count();
+    for (std::int32_t i = 0; i < count; ++i)
+        if (g.x[i] < 0 || g.x[i] >= g.width || g.y[i] < 0 || g.y[i] >= g.height) return violation{invariant::inside_lattice, i};
     for (std::int32_t i = 0; i < count; ++i)
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);
@@ -70,23 +68,21 @@ inline std::optional<violation> validate(const graph& g) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(i, s);
             if (n == no_pixel) continue;
-            const std::size_t k = static_cast<std::size_t>(i), m = static_cast<std::size_t>(n);
-            if (g.x[m] != g.x[k] + step_x(s) || g.y[m] != g.y[k] + step_y(s)) return violation{invariant::one_step_away, i};
+            if (g.x[n] != g.x[i] + step_x(s) || g.y[n] != g.y[i] + step_y(s)) return violation{invariant::one_step_away, i};
         }
     return std::nullopt;
 }
 
-/// The same of a layered image: its graph is sound, each of its columns is as long as that, and its disparities lie in [0, 1].
+/// The same for a layered image: its graph is sound, each column has one row per pixel, and disparities lie in [0, 1].
 template <payload_column... Columns>
 std::optional<violation> validate(const layered_image<Columns...>& layers) {
     if (const std::optional<violation> broken = validate(layers.topology)) return broken;
     if (!((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...))
         return violation{invariant::a_row_a_pixel, no_pixel};
     if constexpr (has_columns<layered_image<Columns...>, disparity_column>)
-        for (std::size_t i = 0; i < layers.size(); ++i) {
+        for (std::int32_t i = 0; i < layers.topology.count(); ++i) {
             const float disparity = layers.template column<disparity_column>()[i];
-            if (!(disparity >= 0.0F && disparity <= 1.0F))
-                return violation{invariant::disparity_in_range, static_cast<std::int32_t>(i)};
+            if (!(disparity >= 0.0F && disparity <= 1.0F)) return violation{invariant::disparity_in_range, i};
         }
     return std::nullopt;
 }
@@ -95,8 +91,8 @@ std::optional<violation> validate(const layered_image<Columns...>& layers) {
 inline std::optional<violation> validate_canonical(const graph& g, std::span<const float> disparity = {}) {
     if (const std::optional<violation> broken = validate(g)) return broken;
     const buffer<std::int32_t> order = canonical_order(g, disparity);
-    for (std::size_t i = 0; i < order.size(); ++i)
-        if (order[i] != static_cast<std::int32_t>(i)) return violation{invariant::canonical_order, static_cast<std::int32_t>(i)};
+    for (std::int32_t i = 0; i < order.count(); ++i)
+        if (order[i] != i) return violation{invariant::canonical_order, i};
     return std::nullopt;
 }
 

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
@@ -34,12 +34,12 @@ struct reached_element {
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
 inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
-    const std::size_t count = static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size);
+    const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
-    LDI_ASSERT(pixel >= 0 && static_cast<std::size_t>(pixel) < g.size());
+    LDI_ASSERT(pixel >= 0 && pixel < g.count());
 
     const auto element = [&](std::int32_t row, std::int32_t column) -> std::int32_t& {
-        return window[static_cast<std::size_t>(row * kernel_size + column)];
+        return window.data()[row * kernel_size + column];
     };
     std::array<detail::reached_element, std::size_t{largest_kernel_size} * std::size_t{largest_kernel_size}> reached;
     std::size_t reached_count = 0;

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
@@ -27,12 +27,11 @@ namespace detail {
 struct image_components {
     std::int32_t columns = 0;
     buffer<pixel_run> runs;
-    buffer<std::size_t> row_start;  // the first run of each row, and one past the last
-    buffer<std::int32_t> label;     // the component of each run
+    buffer<std::int32_t> row_start;  // the first run of each row, and one past the last
+    buffer<std::int32_t> label;      // the component of each run
 
     std::int32_t at(std::int32_t x, std::int32_t y) const {
-        const auto first = runs.begin() + static_cast<std::ptrdiff_t>(row_start[y]);
-        const auto last = runs.begin() + static_cast<std::ptrdiff_t>(row_start[static_cast<std::size_t>(y) + 1]);
+        const auto first = runs.begin() + row_start[y], last = runs.begin() + row_start[y + 1];
         const auto after = std::upper_bound(first, last, y * columns + x,
                                             [](std::int32_t value, const pixel_run& r) { return value < r.first; });
         return label[after - runs.begin() - 1];
@@ -45,10 +44,10 @@ inline image_components find_components(image_view<const float> disparity, surfa
     image_components found;
     found.columns = columns;
     disjoint_sets sets;
-    std::size_t above_first = 0, above_last = 0;
+    std::int32_t above_first = 0, above_last = 0;
     for (std::int32_t y = 0; y < rows; ++y) {
         const float* here = disparity.row(y);
-        const std::size_t first = found.runs.size();
+        const std::int32_t first = found.runs.count();
         found.row_start.push_back(first);
         for (std::int32_t x = 0, start = 0; x < columns; ++x)
             if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
@@ -57,36 +56,130 @@ inline image_components find_components(image_view<const float> disparity, surfa
                 start = x + 1;
             }
         // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
-        for (std::size_t above = above_first, run = first; above < above_last && run < found.runs.size();) {
+        for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
             const float* over = disparity.row(y - 1);
             const std::int32_t row = y * columns, row_above = row - columns;
             for (std::int32_t x = (std::max)(a.first - row_above, b.first - row);
                  x < (std::min)(a.last - row_above, b.last - row); ++x)
                 if (surface.same_surface(here[x], over[x])) {
-                    sets.merge(static_cast<std::int32_t>(above), static_cast<std::int32_t>(run));
+                    sets.merge(above, run);
                     break;
                 }
             const bool above_ends = a.last + columns <= b.last, here_ends = b.last <= a.last + columns;
             above += above_ends ? 1 : 0, run += here_ends ? 1 : 0;
         }
-        above_first = first, above_last = found.runs.size();
+        above_first = first, above_last = found.runs.count();
     }
-    found.row_start.push_back(found.runs.size());
+    found.row_start.push_back(found.runs.count());
     sets.number(found.label);
     return found;
 }
 
 // The pixels of one small component.
 struct small_component {
+    std::int32_t label = 0, columns = 0;
     buffer<pixel_run> runs;
-    std::int32_t columns = 0;
 
     template <class Visit>
     void for_each_pixel(Visit&& visit) const {
         for (const pixel_run& r : runs)
             for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
     }
+};
+
+// The components with fewer pixels than `smallest_size`, in the order of their first pixels.
+inline buffer<small_component> find_small_components(const image_components& components, std::int32_t smallest_size) {
+    buffer<std::int32_t> size, small_index;
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::int32_t label = components.label[r];
+        if (label >= size.count()) size.push_back(0);  // labels are in the order of first runs
+        size[label] += components.runs[r].size();
+    }
+    buffer<small_component> result;
+    small_index.assign(size.size(), -1);
+    for (std::size_t r = 0; r < components.runs.size(); ++r) {
+        const std::int32_t label = components.label[r];
+        if (size[label] >= smallest_size) continue;
+        if (small_index[label] < 0) {
+            small_index[label] = result.count();
+            result.push_back({label, components.columns, {}});
+        }
+        result[small_index[label]].runs.push_back(components.runs[r]);
+    }
+    return result;
+}
+
+// Merges one component after the other.
+class component_merger {
+public:
+    component_merger(const image_components& components, image_view<float> disparity)
+        : components_(components), disparity_(disparity) {}
+
+    // False if the component is no middle value and stays.
+    bool merge(const small_component& component) {
+        std::int32_t nearer = 0, farther = 0;
+        for_each_contact(component,
+                         [&](std::int32_t x, std::int32_t y, float other) { ++(other > disparity_(y, x) ? nearer : farther); });
+        if (nearer == 0 || farther == 0) return false;
+        const bool to_nearer = nearer > farther;
+        pending_.clear();
+        for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
+            if ((other > disparity_(y, x)) == to_nearer) pending_.push_back({x, y, other});
+        });
+        spread(component.label);
+        return true;
+    }
+
+private:
+    struct assignment {
+        std::int32_t x, y;
+        float disparity;
+    };
+
+    // The pixels beside (x, y).
+    template <class Visit>
+    void for_each_neighbor(std::int32_t x, std::int32_t y, Visit&& visit) const {
+        for (side s : all_sides) {
+            const std::int32_t u = x + step_x(s), v = y + step_y(s);
+            if (u >= 0 && v >= 0 && u < components_.columns && v < components_.row_start.count() - 1) visit(u, v);
+        }
+    }
+
+    // Every pixel side on the component's boundary, with the disparity across it.
+    template <class Visit>
+    void for_each_contact(const small_component& component, Visit&& visit) const {
+        component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
+            for_each_neighbor(x, y, [&](std::int32_t u, std::int32_t v) {
+                if (components_.at(u, v) != component.label) visit(x, y, disparity_(v, u));
+            });
+        });
+    }
+
+    // Breadth first from the pending pixels on: a pixel of the component takes the value that reaches it first.
+    void spread(std::int32_t label) {
+        done_.clear();
+        while (!pending_.empty()) {
+            next_.clear();
+            for (const assignment& a : pending_) {
+                if (is_done(a.x, a.y)) continue;
+                done_.emplace_back(a.x, a.y);
+                disparity_(a.y, a.x) = a.disparity;
+                for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
+                    if (components_.at(u, v) == label && !is_done(u, v)) next_.push_back({u, v, a.disparity});
+                });
+            }
+            pending_.swap(next_);
+        }
+    }
+    bool is_done(std::int32_t x, std::int32_t y) const {
+        return std::find(done_.begin(), done_.end(), std::pair{x, y}) != done_.end();
+    }
+
+    const image_components& components_;
+    image_view<float> disparity_;
+    buffer<assignment> pending_, next_;
+    buffer<std::pair<std::int32_t, std::int32_t>> done_;
 };
 
 }  // namespace detail
@@ -99,76 +192,10 @@ struct small_component {
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
-                       columns = static_cast<std::int32_t>(disparity.width());
-
-    buffer<std::int32_t> size, small_index;
-    for (std::size_t r = 0; r < components.runs.size(); ++r) {
-        const std::size_t label = static_cast<std::size_t>(components.label[r]);
-        if (label >= size.size()) size.resize(label + 1, 0);
-        size[label] += components.runs[r].size();
-    }
-    buffer<detail::small_component> small_ones;
-    small_index.assign(size.size(), -1);
-    for (std::size_t r = 0; r < components.runs.size(); ++r) {
-        const std::size_t label = static_cast<std::size_t>(components.label[r]);
-        if (size[label] >= options.smallest_size) continue;
-        if (small_index[label] < 0) {
-            small_index[label] = static_cast<std::int32_t>(small_ones.size());
-            small_ones.emplace_back().columns = columns;
-        }
-        small_ones[small_index[label]].runs.push_back(components.runs[r]);
-    }
-
-    const auto value = [&](std::int32_t x, std::int32_t y) -> float& { return disparity.row(y)[x]; };
-    struct assignment {
-        std::int32_t x, y;
-        float disparity;
-    };
+    detail::component_merger merger(components, disparity);
     std::size_t merged = 0;
-    buffer<assignment> pending, next;
-    for (const detail::small_component& component : small_ones) {
-        const std::int32_t label = components.at(component.runs.front().first % columns, component.runs.front().first / columns);
-        // Every pixel side on the component's boundary, with the pixel across it.
-        const auto for_each_contact = [&](auto&& visit) {
-            component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
-                for (side s : all_sides) {
-                    const std::int32_t u = x + step_x(s), v = y + step_y(s);
-                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) == label) continue;
-                    visit(x, y, value(u, v));
-                }
-            });
-        };
-        std::int32_t nearer = 0, farther = 0;
-        for_each_contact([&](std::int32_t x, std::int32_t y, float other) { ++(other > value(x, y) ? nearer : farther); });
-        if (nearer == 0 || farther == 0) continue;
-
-        const bool to_nearer = nearer > farther;
-        pending.clear();
-        for_each_contact([&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > value(x, y)) == to_nearer) pending.push_back({x, y, other});
-        });
-        // Breadth first: a pixel takes the value that reaches it first.
-        buffer<std::pair<std::int32_t, std::int32_t>> done;
-        const auto is_done = [&](std::int32_t x, std::int32_t y) {
-            return std::find(done.begin(), done.end(), std::pair{x, y}) != done.end();
-        };
-        while (!pending.empty()) {
-            next.clear();
-            for (const assignment& a : pending) {
-                if (is_done(a.x, a.y)) continue;
-                done.emplace_back(a.x, a.y);
-                value(a.x, a.y) = a.disparity;
-                for (side s : all_sides) {
-                    const std::int32_t u = a.x + step_x(s), v = a.y + step_y(s);
-                    if (u < 0 || v < 0 || u >= columns || v >= rows || components.at(u, v) != label || is_done(u, v)) continue;
-                    next.push_back({u, v, a.disparity});
-                }
-            }
-            pending.swap(next);
-        }
-        ++merged;
-    }
+    for (const detail::small_component& c : detail::find_small_components(components, options.smallest_size))
+        if (merger.merge(c)) ++merged;
     return merged;
 }
 

@@ -3,6 +3,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 
@@ -11,14 +12,14 @@
 #include <cstddef>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
-    /// from squeezing all others.
+    /// from squeezing all others. Chosen by trial.
     float clipped_share = 0.001F;
-    /// How much two neighboring steps of a quantized source differ, as a share of their value: exp(0.0187) - 1 for Tiefenrausch,
-    /// whose 8 bits are log disparity; 0 for a source with fine steps.
+    /// The difference between two neighboring steps of a quantized source, as a share of their value: exp(0.0187) - 1 for
+    /// Tiefenrausch, whose 8 bits are log disparity; 0 for a source with fine steps.
     float relative_step = 0.0F;
     /// A step of the source never becomes more than this, well below the discontinuity threshold of 0.05. In a scene as flat as a
     /// wall, where one step is much of the whole range, disparity therefore does not reach down to 0.
@@ -58,9 +59,9 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
             raise(error_code::invalid_data, "disparity", options.is_inverse_depth ? "finite positive values" : "finite values",
                   std::to_string(value));
-    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * static_cast<float>(sorted.size()));
+    const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * detail::nearest_float(sorted.size()));
     const auto at = [&](std::size_t rank) {
-        const auto position = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
+        const auto position = sorted.begin() + rank;
         std::nth_element(sorted.begin(), position, sorted.end());
         return *position;
     };
@@ -75,7 +76,7 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         // Without a unit the nearest surface is put at z_near of the assumed range. Disparity 0 stands for highest - span.
         const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
-        const double z_near = options.is_metric ? 1.0 / highest : static_cast<double>(options.assumed_range.z_near);
+        const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
         result.range.z_near = static_cast<float>(z_near);
         result.range.z_far = static_cast<float>(z_near * ratio);
     }

@@ -7,6 +7,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -17,8 +18,9 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
+/// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
 struct resample_options {
     /// Standard deviation of the Gaussian on distance, in samples of the disparity map.
     float spatial_sigma = 1.2F;
@@ -30,11 +32,12 @@ namespace detail::resample {
 
 using namespace lanes;
 
-inline constexpr int radius = 3;
+// Of the window, in samples: two and a half times the sigma of 1.2, beyond which weights are below 0.05.
+inline constexpr std::size_t radius = 3;
 inline constexpr std::size_t samples = (2 * radius + 1) * (2 * radius + 1);
 inline constexpr std::size_t padded = (samples + wide - 1) / wide * wide;
 
-// The samples round one of them, by ascending disparity.
+// The samples around one of them, by ascending disparity.
 struct window {
     std::size_t count = 0;
     std::array<float, padded> disparity, x, y, red, green, blue;
@@ -42,7 +45,7 @@ struct window {
     // Weights by distance and by likeness in color. exp(-a) is taken as (1 - a/32 + a^2/2048)^32.
     void weigh(float at_x, float at_y, const std::uint8_t* color, float spatial_falloff, float color_falloff,
                std::array<float, padded>& weight) const {
-        const float r = static_cast<float>(color[0]), g = static_cast<float>(color[1]), b = static_cast<float>(color[2]);
+        const float r = color[0], g = color[1], b = color[2];
         const four_floats one = four_floats{} + 1.0F;
         for (std::size_t s = 0; s < count; s += wide) {
             const four_floats dx = load(&x[s]) - at_x, dy = load(&y[s]) - at_y;
@@ -67,7 +70,7 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
         const std::size_t v = y * rows / photo.height();
         for (std::size_t x = 0; x < photo.width(); ++x) {
             const std::size_t i = v * columns + sample_column[x];
-            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += static_cast<float>(from[3 * x + c]);
+            for (std::size_t c = 0; c < 3; ++c) mean.data()[3 * i + c] += from[3 * x + c];
             count[i] += 1.0F;
         }
     }
@@ -76,13 +79,132 @@ inline image<float> colors_at_samples(image_view<const std::uint8_t> photo, std:
     return mean;
 }
 
+// The sample nearest to each pixel.
+inline image<float> nearest_samples(image_view<const float> disparity, image_view<const std::uint8_t> photo) {
+    image<float> result(photo.height(), photo.width(), 1, unset);
+    for (std::size_t y = 0; y < photo.height(); ++y) {
+        const float* from = disparity.row((2 * y + 1) * disparity.height() / (2 * photo.height()));
+        for (std::size_t x = 0; x < photo.width(); ++x)
+            result(y, x) = from[(2 * x + 1) * disparity.width() / (2 * photo.width())];
+    }
+    return result;
+}
+
+// Resamples a map that is coarser than the photo. All pixels nearest to one sample share its window.
+class upsampler {
+public:
+    upsampler(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface,
+              const resample_options& options)
+        : disparity_(disparity),
+          photo_(photo),
+          surface_(surface),
+          colors_(colors_at_samples(photo, disparity.height(), disparity.width())),
+          scale_x_(nearest_float(disparity.width()) / nearest_float(photo.width())),
+          scale_y_(nearest_float(disparity.height()) / nearest_float(photo.height())),
+          spatial_falloff_(0.5F / (options.spatial_sigma * options.spatial_sigma)),
+          color_falloff_(0.5F / (options.color_sigma * options.color_sigma)) {}
+
+    // Sets the pixels nearest to the samples of rows [first, last).
+    void resample_rows(std::size_t first, std::size_t last, image<float>& result) const {
+        std::array<float, padded> weight;
+        window around{};
+        for (std::size_t v = first; v < last; ++v)
+            for (std::size_t u = 0; u < disparity_.width(); ++u) {
+                const bool near_edge = gather(u, v, around);
+                const std::size_t y_end = first_pixel(v + 1, photo_.height(), disparity_.height()),
+                                  x_end = first_pixel(u + 1, photo_.width(), disparity_.width());
+                for (std::size_t y = first_pixel(v, photo_.height(), disparity_.height()); y < y_end; ++y)
+                    for (std::size_t x = first_pixel(u, photo_.width(), disparity_.width()); x < x_end; ++x) {
+                        const float at_x = (nearest_float(x) + 0.5F) * scale_x_ - 0.5F,
+                                    at_y = (nearest_float(y) + 0.5F) * scale_y_ - 0.5F;
+                        if (near_edge) {
+                            around.weigh(at_x, at_y, photo_.row(y) + 3 * x, spatial_falloff_, color_falloff_, weight);
+                            result(y, x) = smoothed_median(around, weight);
+                        } else {
+                            result(y, x) = bilinear(at_x, at_y);
+                        }
+                    }
+            }
+    }
+
+private:
+    // The first pixel of a row or column whose nearest sample is not before this one.
+    static std::size_t first_pixel(std::size_t sample, std::size_t pixel_count, std::size_t sample_count) {
+        return (sample * pixel_count + sample_count - 1) / sample_count;
+    }
+
+    // Collects the window around a sample if there is an edge in it; false, and `around` is of no use, if there is none.
+    bool gather(std::size_t u, std::size_t v, window& around) const {
+        struct neighbor {
+            float disparity;
+            std::size_t x, y;
+        };
+        std::array<neighbor, samples> nearest;
+        around.count = 0;
+        float low = disparity_(v, u), high = low;
+        const std::size_t y_end = (std::min)(v + radius + 1, disparity_.height()),
+                          x_end = (std::min)(u + radius + 1, disparity_.width());
+        for (std::size_t y = v < radius ? 0 : v - radius; y < y_end; ++y)
+            for (std::size_t x = u < radius ? 0 : u - radius; x < x_end; ++x) {
+                const float d = disparity_(y, x);
+                nearest[around.count++] = {d, x, y};
+                low = (std::min)(low, d), high = (std::max)(high, d);
+            }
+        if (surface_.same_surface(high, low)) return false;
+        std::sort(nearest.data(), nearest.data() + around.count,
+                  [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
+        for (std::size_t s = 0; s < around.count; ++s) {
+            const neighbor& n = nearest[s];
+            around.disparity[s] = n.disparity, around.x[s] = nearest_float(n.x), around.y[s] = nearest_float(n.y);
+            around.red[s] = colors_(n.y, n.x, 0), around.green[s] = colors_(n.y, n.x, 1), around.blue[s] = colors_(n.y, n.x, 2);
+        }
+        return true;
+    }
+
+    // The weighted median of a window, or rather the weighted mean over the samples of its surface.
+    float smoothed_median(const window& around, const std::array<float, padded>& weight) const {
+        float total = 0.0F;
+        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
+        std::size_t median = 0;
+        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
+        float mean = 0.0F, share = 0.0F;
+        for (std::size_t s = 0; s < around.count; ++s)
+            if (surface_.same_surface(around.disparity[s], around.disparity[median])) {
+                mean += weight[s] * around.disparity[s];
+                share += weight[s];
+            }
+        return mean / share;
+    }
+
+    // x, y  in samples, at most one outside the map
+    float bilinear(float x, float y) const {
+        const float floor_x = std::floor(x), floor_y = std::floor(y);
+        const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x), j = static_cast<std::ptrdiff_t>(floor_y);
+        const float* above = disparity_.row(clamped(j, disparity_.height()));
+        const float* below = disparity_.row(clamped(j + 1, disparity_.height()));
+        const std::ptrdiff_t left = clamped(i, disparity_.width()), right = clamped(i + 1, disparity_.width());
+        const float fx = x - floor_x, fy = y - floor_y;
+        return (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
+               fy * ((1.0F - fx) * below[left] + fx * below[right]);
+    }
+    static std::ptrdiff_t clamped(std::ptrdiff_t i, std::size_t count) {
+        return std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1);
+    }
+
+    image_view<const float> disparity_;
+    image_view<const std::uint8_t> photo_;
+    surface_rule surface_;
+    image<float> colors_;
+    float scale_x_, scale_y_, spatial_falloff_, color_falloff_;
+};
+
 }  // namespace detail::resample
 
 /// disparity  h x w x 1, in [0, 1]
 /// photo      H x W x 3, of the same view
 ///
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
-/// weighted median of the 7 x 7 samples round it, weighted by distance and by likeness in color, smoothed over the samples on
+/// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
 /// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
 template <executor Executor = const serial_executor>
@@ -98,92 +220,10 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
               std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
+    if (rows >= photo.height() && columns >= photo.width()) return nearest_samples(disparity, photo);
     image<float> result(photo.height(), photo.width(), 1, unset);
-    if (rows >= photo.height() && columns >= photo.width()) {
-        for (std::size_t y = 0; y < photo.height(); ++y) {
-            const float* from = disparity.row((2 * y + 1) * rows / (2 * photo.height()));
-            for (std::size_t x = 0; x < photo.width(); ++x) result.row(y)[x] = from[(2 * x + 1) * columns / (2 * photo.width())];
-        }
-        return result;
-    }
-
-    const image<float> colors = colors_at_samples(photo, rows, columns);
-    const float scale_x = static_cast<float>(columns) / static_cast<float>(photo.width());
-    const float scale_y = static_cast<float>(rows) / static_cast<float>(photo.height());
-    const float spatial_falloff = 0.5F / (options.spatial_sigma * options.spatial_sigma);
-    const float color_falloff = 0.5F / (options.color_sigma * options.color_sigma);
-    const auto clamped = [](std::ptrdiff_t i, std::size_t count) {
-        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count) - 1));
-    };
-
-    // All pixels nearest to one row of samples share their windows.
-    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) {
-        struct neighbor {
-            float disparity;
-            std::ptrdiff_t x, y;
-        };
-        std::array<neighbor, samples> nearest;
-        std::array<float, padded> weight;
-        window around{};
-        for (std::size_t v = first; v < last; ++v)
-            for (std::size_t u = 0; u < columns; ++u) {
-                around.count = 0;
-                float low = disparity.row(v)[u], high = low;
-                for (int dv = -radius; dv <= radius; ++dv)
-                    for (int du = -radius; du <= radius; ++du) {
-                        const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(v) + dv, x = static_cast<std::ptrdiff_t>(u) + du;
-                        if (y < 0 || x < 0 || y >= static_cast<std::ptrdiff_t>(rows) || x >= static_cast<std::ptrdiff_t>(columns))
-                            continue;
-                        const float d = disparity.row(static_cast<std::size_t>(y))[x];
-                        nearest[around.count++] = {d, x, y};
-                        low = (std::min)(low, d), high = (std::max)(high, d);
-                    }
-                const bool near_edge = !surface.same_surface(high, low);
-                if (near_edge) {
-                    std::sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(around.count),
-                              [](const neighbor& a, const neighbor& b) { return a.disparity < b.disparity; });
-                    for (std::size_t s = 0; s < around.count; ++s) {
-                        const neighbor& n = nearest[s];
-                        const float* c = colors.row(static_cast<std::size_t>(n.y)) + 3 * n.x;
-                        around.disparity[s] = n.disparity, around.x[s] = static_cast<float>(n.x),
-                        around.y[s] = static_cast<float>(n.y);
-                        around.red[s] = c[0], around.green[s] = c[1], around.blue[s] = c[2];
-                    }
-                }
-
-                const std::size_t y_end = ((v + 1) * photo.height() + rows - 1) / rows,
-                                  x_end = ((u + 1) * photo.width() + columns - 1) / columns;
-                for (std::size_t y = (v * photo.height() + rows - 1) / rows; y < y_end; ++y)
-                    for (std::size_t x = (u * photo.width() + columns - 1) / columns; x < x_end; ++x) {
-                        const float at_x = (static_cast<float>(x) + 0.5F) * scale_x - 0.5F,
-                                    at_y = (static_cast<float>(y) + 0.5F) * scale_y - 0.5F;
-                        if (!near_edge) {
-                            const float floor_x = std::floor(at_x), floor_y = std::floor(at_y);
-                            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(floor_x),
-                                                 j = static_cast<std::ptrdiff_t>(floor_y);
-                            const float* above = disparity.row(clamped(j, rows));
-                            const float* below = disparity.row(clamped(j + 1, rows));
-                            const std::size_t left = clamped(i, columns), right = clamped(i + 1, columns);
-                            const float fx = at_x - floor_x, fy = at_y - floor_y;
-                            result.row(y)[x] = (1.0F - fy) * ((1.0F - fx) * above[left] + fx * above[right]) +
-                                               fy * ((1.0F - fx) * below[left] + fx * below[right]);
-                            continue;
-                        }
-                        around.weigh(at_x, at_y, photo.row(y) + 3 * x, spatial_falloff, color_falloff, weight);
-                        float total = 0.0F;
-                        for (std::size_t s = 0; s < around.count; ++s) total += weight[s];
-                        std::size_t median = 0;
-                        for (float sum = weight[0]; sum < 0.5F * total && median + 1 < around.count;) sum += weight[++median];
-                        float mean = 0.0F, share = 0.0F;
-                        for (std::size_t s = 0; s < around.count; ++s)
-                            if (surface.same_surface(around.disparity[s], around.disparity[median])) {
-                                mean += weight[s] * around.disparity[s];
-                                share += weight[s];
-                            }
-                        result.row(y)[x] = mean / share;
-                    }
-            }
-    });
+    const upsampler upsample(disparity, photo, surface, options);
+    parallel_for(threads, rows, 4, [&](std::size_t first, std::size_t last) { upsample.resample_rows(first, last, result); });
     return result;
 }
 

@@ -1,5 +1,5 @@
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
-// samples round a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
+// samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
 // Weights fall off with the difference in disparity to the center; samples next to an edge have none, which forces a decision
 // between the two sides.
 //
@@ -22,7 +22,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
@@ -96,7 +96,7 @@ constexpr positions range(unsigned char first, unsigned char last) {
 template <std::size_t Capacity>
 struct merge_network {
     network<Capacity> steps;
-    positions order;  // where the i-th smallest value ends up
+    positions order;  // the place at which the i-th smallest value ends up
 };
 
 template <std::size_t Capacity>
@@ -152,7 +152,7 @@ struct sorted_columns {
 
     // Filters the four pixels whose windows start at column x.
     //
-    // Where all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
+    // If all 25 samples have a weight above 1 - 2/26, the middle one balances best whatever the weights are: 12 samples on
     // either side differ by less than 24/26, and every other sample is off balance by more than that. So plain medians do there,
     // exactly.
     four_floats filter(std::size_t x, four_floats center, float sigma) const {

@@ -6,9 +6,9 @@
 #include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/caffe2_message.hpp>
+#include <ldi/formats/detail/caffe2_operator.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// network  the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
 /// weights  the bytes of NAME_init.pb
@@ -32,78 +32,6 @@ inline network_description read_caffe2(std::span<const std::uint8_t> network, st
                                        const std::string& weight_file = "weight file");
 
 namespace detail::caffe2 {
-
-/// One operator, its arguments looked up and checked.
-class checked_operator {
-public:
-    /// kind  what the messages call the file
-    checked_operator(const operator_message& op, std::string_view kind) : op_(op) {
-        where_ = std::string(kind) + ", " + printable(op.type) + " " + (op.outputs.empty() ? "" : printable(op.outputs[0]));
-    }
-
-    const std::string& where() const { return where_; }
-
-    void expect_inputs(std::size_t count) const {
-        if (op_.inputs.size() != count || op_.outputs.size() != 1)
-            raise(error_code::invalid_data, where_, std::to_string(count) + " inputs and 1 output",
-                  std::to_string(op_.inputs.size()) + " and " + std::to_string(op_.outputs.size()));
-    }
-    std::string_view input(std::size_t i) const { return op_.inputs[i]; }
-    std::string_view output() const { return op_.outputs[0]; }
-
-    float number(std::string_view name) const { return *present(name, &argument::number, "a number"); }
-    std::int64_t integer(std::string_view name) const { return *present(name, &argument::integer, "an integer"); }
-    std::string_view bytes(std::string_view name) const { return *present(name, &argument::bytes, "a byte string"); }
-    const buffer<std::int64_t>& integers(std::string_view name) const { return find(name).integers; }
-
-    /// An integer in [least, most].
-    std::size_t integer(std::string_view name, std::int64_t least, std::int64_t most) const {
-        const std::int64_t value = integer(name);
-        if (value < least || value > most)
-            fail(name, std::to_string(least) + " to " + std::to_string(most), std::to_string(value));
-        return static_cast<std::size_t>(value);
-    }
-
-    quantization output_quantization() const {
-        const float scale = number("Y_scale");
-        if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
-            fail("Y_scale", "a positive number", std::to_string(scale));
-        return {scale, static_cast<std::uint8_t>(integer("Y_zero_point", 0, 255))};
-    }
-
-    /// `count` integers that are all the same.
-    std::int64_t equal_integers(std::string_view name, std::size_t count) const {
-        const buffer<std::int64_t>& values = integers(name);
-        if (values.size() != count) fail(name, std::to_string(count) + " integers", std::to_string(values.size()));
-        for (std::int64_t value : values)
-            if (value != values[0]) fail(name, "equal integers", std::to_string(values[0]) + " and " + std::to_string(value));
-        return values[0];
-    }
-
-    void expect_channels_last() const {
-        if (bytes("order") != "NHWC") fail("order", "NHWC", printable(bytes("order")));
-    }
-
-    [[noreturn]] void fail(std::string_view name, std::string expected, std::string found) const {
-        raise(error_code::unsupported, where_ + ", " + std::string(name), std::move(expected), std::move(found));
-    }
-
-private:
-    const argument& find(std::string_view name) const {
-        for (const argument& a : op_.arguments)
-            if (a.name == name) return a;
-        raise(error_code::invalid_data, where_, "the argument " + std::string(name), "none of that name");
-    }
-    template <class Member>
-    const Member& present(std::string_view name, Member argument::*member, const char* expected) const {
-        const Member& value = find(name).*member;
-        if (!value.has_value()) raise(error_code::invalid_data, where_ + ", " + std::string(name), expected, "none");
-        return value;
-    }
-
-    const operator_message& op_;
-    std::string where_;
-};
 
 /// A tensor of NAME_init.pb.
 struct constant {
@@ -242,11 +170,11 @@ private:
 
     void check_bias(const checked_operator& op, const convolution_description& c, const constant& bias,
                     std::int64_t outputs) const {
-        if (bias.integers.size() != static_cast<std::uint64_t>(outputs))
+        if (bias.integers.count() != outputs)
             raise(error_code::mismatch, op.where(), std::to_string(outputs) + " biases", std::to_string(bias.integers.size()));
         const quantization& input = c.input == 0 ? result_.input : result_.operators[c.input - 1].output;
-        const double expected = static_cast<double>(input.scale) * static_cast<double>(c.weight_quantization.scale);
-        if (bias.values.zero_point != 0 || !(std::abs(static_cast<double>(bias.values.scale) - expected) <= 1e-5 * expected))
+        const double expected = double{input.scale} * c.weight_quantization.scale;
+        if (bias.values.zero_point != 0 || !(std::abs(bias.values.scale - expected) <= 1e-5 * expected))
             raise(error_code::mismatch, op.where(), "biases with zero point 0 and scale " + std::to_string(expected),
                   "zero point " + std::to_string(bias.values.zero_point) + " and scale " + std::to_string(bias.values.scale));
     }

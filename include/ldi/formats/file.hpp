@@ -15,18 +15,18 @@
 #include <system_error>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// All bytes of a file.
 ///
 /// max_bytes  a longer file raises error_code::too_large, before more than this is in memory
-/// Errors: file_access where the file can't be opened or read, or is a folder; too_large.
+/// Raises file_access where the file can't be opened or read, or is a folder; too_large.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 30);
 
 /// Writes a file, or replaces it. What stood there before stays untouched until the new content is complete. Devices and pipes,
 /// which can't be replaced, are written to directly.
 ///
-/// Errors: file_access; the message names the path and the reason, and no temporary file is left.
+/// Raises file_access; the message names the path and the reason, and no temporary file is left.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 namespace detail {

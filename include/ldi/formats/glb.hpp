@@ -1,35 +1,42 @@
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its JPEG texture, and the camera that took the photo. Only features that
-// every viewer reads; KHR_materials_unlit is declared as used, not as required.
+// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture, and the camera that took the photo. Only features that
+// every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a file.
 #pragma once
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/formats/detail/decimal.hpp>
 #include <ldi/formats/detail/picture_format.hpp>
-#include <ldi/formats/file.hpp>
+#include <ldi/formats/plain_png.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/version.hpp>
 
-#include <tiny_gltf.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string>
-#include <vector>
+#include <string_view>
+#include <type_traits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct glb_options {
     /// The camera that took the photo, for viewers that start there. Absent: the file has none.
     std::optional<pinhole_camera> camera;
+    /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
+    /// say.
+    std::optional<float> motion = std::nullopt;
+    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`.
+    depth_range range = {};
     /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
     bool double_sided = true;
 };
@@ -37,15 +44,16 @@ struct glb_options {
 /// A GLB file of a mesh and its texture: one node, mesh and primitive. Positions are float32, texture coordinates normalized
 /// 16-bit, indices 16-bit below 65,536 vertices and 32-bit from there. Every vertex that no triangle uses is kept.
 ///
-/// texture  a JPEG file
-/// Errors: invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if the texture is no complete JPEG file; too_large beyond 4 GB.
-std::vector<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options = {});
+/// texture  a JPEG or PNG file
+/// Raises invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
+/// index out of range, or if the texture is no complete JPEG or PNG file; too_large beyond 4 GB.
+buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options = {});
 
-/// encode_glb() to a file; also raises file_access.
-inline void save_glb(const std::filesystem::path& path, const textured_mesh& mesh, std::span<const std::byte> texture,
-                     const glb_options& options = {}) {
-    write_file(path, encode_glb(mesh, texture, options));
+/// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
+/// a fifth as large.
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const std::uint8_t> texture,
+                                    const glb_options& options = {}) {
+    return encode_glb(mesh, encode_plain_png(texture), options);
 }
 
 namespace detail {
@@ -66,167 +74,186 @@ inline void check_mesh(const textured_mesh& mesh) {
             broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
 }
 
-/// Collects the parts of a glTF file's one binary buffer.
-class glb_builder {
-public:
-    tinygltf::Model model;
-
-    glb_builder() { model.buffers.emplace_back(); }
-
-    /// Appends a part, little-endian as glTF demands, and returns its view. target  as glTF numbers them, 0 for none
-    template <class Scalar>
-    int add_view(std::span<const Scalar> values, int target) {
-        std::vector<unsigned char>& data = model.buffers.front().data;
-        tinygltf::BufferView view;
-        view.buffer = 0;
-        view.byteOffset = data.size();
-        view.byteLength = values.size_bytes();
-        view.target = target;
-        const unsigned char* const first = reinterpret_cast<const unsigned char*>(values.data());
-        data.insert(data.end(), first, first + values.size_bytes());
-        model.bufferViews.push_back(view);
-        return static_cast<int>(model.bufferViews.size()) - 1;
-    }
-
-    /// Appends an accessor over the whole of a new view and returns it.
-    template <class Scalar>
-    int add_accessor(std::span<const Scalar> values, int target, int component_type, int type, bool normalized = false) {
-        tinygltf::Accessor accessor;
-        accessor.bufferView = add_view(values, target);
-        accessor.componentType = component_type;
-        accessor.type = type;
-        accessor.normalized = normalized;
-        accessor.count =
-            values.size() / static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
-        model.accessors.push_back(accessor);
-        return static_cast<int>(model.accessors.size()) - 1;
-    }
-};
-
-/// The primitive's accessors, in an order that aligns every part to its scalars without padding.
-inline tinygltf::Primitive add_geometry(glb_builder& glb, const textured_mesh& mesh) {
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = 0;
-
-    const int position = glb.add_accessor(std::span<const float>(mesh.positions), TINYGLTF_TARGET_ARRAY_BUFFER,
-                                          TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
-    std::vector<double> lowest(3, std::numeric_limits<double>::infinity()), highest(3, -std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        lowest[i % 3] = (std::min)(lowest[i % 3], static_cast<double>(mesh.positions[i]));
-        highest[i % 3] = (std::max)(highest[i % 3], static_cast<double>(mesh.positions[i]));
-    }
-    glb.model.accessors.back().minValues = lowest, glb.model.accessors.back().maxValues = highest;
-    primitive.attributes["POSITION"] = position;
-
-    buffer<std::uint16_t> texture_coordinates(mesh.texture_coordinates.size());
-    std::transform(mesh.texture_coordinates.begin(), mesh.texture_coordinates.end(), texture_coordinates.begin(),
-                   [](float t) { return static_cast<std::uint16_t>(std::lround(t * 65535.0F)); });
-    primitive.attributes["TEXCOORD_0"] =
-        glb.add_accessor(std::span<const std::uint16_t>(texture_coordinates), TINYGLTF_TARGET_ARRAY_BUFFER,
-                         TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2, true);
-
-    if (mesh.vertex_count() < 65536) {  // the index 65,535 itself is reserved, and not reached
-        const buffer<std::uint16_t> indices(mesh.triangles.begin(), mesh.triangles.end());
-        primitive.indices = glb.add_accessor(std::span<const std::uint16_t>(indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
-                                             TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_SCALAR);
-    } else {
-        primitive.indices = glb.add_accessor(std::span<const std::uint32_t>(mesh.triangles), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
-                                             TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR);
-    }
-    return primitive;
-}
-
-/// Material 0: the texture as it is, unlit; not metal where a viewer knows no unlit materials.
-inline void add_material(glb_builder& glb, std::span<const std::byte> texture, bool double_sided) {
-    tinygltf::Image jpeg;  // with a view and no uri; without the view tinygltf would encode anew, as a data URI
-    jpeg.bufferView = glb.add_view(texture, 0);
-    jpeg.mimeType = "image/jpeg";
-    glb.model.images.push_back(jpeg);
-
-    tinygltf::Sampler sampler;
-    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
-    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-    glb.model.samplers.push_back(sampler);
-
-    tinygltf::Texture atlas;
-    atlas.source = 0, atlas.sampler = 0;
-    glb.model.textures.push_back(atlas);
-
-    tinygltf::Material material;
-    material.pbrMetallicRoughness.baseColorTexture.index = 0;
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.doubleSided = double_sided;
-    material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
-    glb.model.materials.push_back(material);
-    glb.model.extensionsUsed.push_back("KHR_materials_unlit");
-}
-
-/// A node at the origin, looking along -z as glTF's cameras do by themselves.
-inline void add_camera(tinygltf::Model& model, const pinhole_camera& photo, const textured_mesh& mesh) {
-    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
-    double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
-    for (std::size_t i = 2; i < mesh.positions.size(); i += 3) {
-        nearest = (std::min)(nearest, -static_cast<double>(mesh.positions[i]));
-        farthest = (std::max)(farthest, -static_cast<double>(mesh.positions[i]));
-    }
-    tinygltf::Camera camera;
-    camera.type = "perspective";
-    camera.perspective.yfov = 2 * std::atan(0.5 * photo.height / static_cast<double>(photo.focal_length));
-    camera.perspective.aspectRatio = static_cast<double>(photo.width) / photo.height;
-    // Room to move forward and back. An infinite zfar is legal, but tinygltf would write it as 0, which is not.
-    camera.perspective.znear = nearest > 0 ? 0.1 * nearest : 0.01;
-    camera.perspective.zfar = (std::max)(10 * farthest, 100 * camera.perspective.znear);
-    model.cameras.push_back(camera);
-    tinygltf::Node node;
-    node.name = "photo camera";
-    node.camera = 0;
-    model.nodes.push_back(node);
-}
-
 }  // namespace detail
 
-inline std::vector<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
-                                         const glb_options& options) {
+namespace detail::glb {
+
+// Numbers of glTF 2.0 and of its container.
+inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
+inline constexpr int vertices = 34962, indices = 34963;
+inline constexpr int unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
+
+/// Numbers and pieces of JSON one after another.
+class json_text {
+public:
+    template <class... Parts>
+    void add(const Parts&... parts) {
+        (add_part(parts), ...);
+    }
+    const buffer<char>& text() const { return text_; }
+
+private:
+    void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
+    void add_part(double number) { append_decimal(text_, number); }
+    template <std::integral Integer>
+    void add_part(Integer number) {
+        add_part(std::string_view(std::to_string(number)));
+    }
+    void add_part(const std::array<double, 3>& numbers) { add("[", numbers[0], ",", numbers[1], ",", numbers[2], "]"); }
+
+    buffer<char> text_;
+};
+
+/// A number of at most six digits behind the point that is this one, as far as they tell.
+inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
+
+/// The mesh's columns as they stand in the file, in an order that aligns each to its scalars without padding.
+struct contents {
+    const textured_mesh& mesh;
+    std::span<const std::byte> texture;
+    std::array<double, 3> lowest, highest;  ///< of positions
+
+    bool has_short_indices() const {
+        return mesh.vertex_count() < 65536;
+    }  // the index 65,535 itself is reserved, and not reached
+    std::size_t position_bytes() const { return mesh.positions.size() * sizeof(float); }
+    std::size_t coordinate_bytes() const { return mesh.texture_coordinates.size() * sizeof(std::uint16_t); }
+    std::size_t index_bytes() const {
+        return mesh.triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
+    }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + index_bytes() + texture.size(); }
+};
+
+inline contents measured(const textured_mesh& mesh, std::span<const std::byte> texture) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    contents result{mesh, texture, {infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        const double p = double{mesh.positions[i]};
+        result.lowest[i % 3] = (std::min)(result.lowest[i % 3], p);
+        result.highest[i % 3] = (std::max)(result.highest[i % 3], p);
+    }
+    return result;
+}
+
+inline void add_accessors_and_views(json_text& json, const contents& c) {
+    const std::size_t count = c.mesh.vertex_count();
+    json.add(R"("accessors":[{"bufferView":0,"componentType":)", float32, R"(,"count":)", count);
+    json.add(R"(,"max":)", c.highest, R"(,"min":)", c.lowest, R"(,"type":"VEC3"},)");
+    json.add(R"({"bufferView":1,"componentType":)", unsigned_short, R"(,"count":)", count,
+             R"(,"normalized":true,"type":"VEC2"},)");
+    json.add(R"({"bufferView":2,"componentType":)", c.has_short_indices() ? unsigned_short : unsigned_int);
+    json.add(R"(,"count":)", c.mesh.triangles.size(), R"(,"type":"SCALAR"}],)");
+    json.add(R"("asset":{"generator":"ldi )", LDI_VERSION_MAJOR, ".", LDI_VERSION_MINOR, ".", LDI_VERSION_PATCH);
+    json.add(R"(","version":"2.0"},"bufferViews":[)");
+    std::size_t offset = 0;
+    const auto add_view = [&](std::size_t bytes, int target) {
+        json.add(offset > 0 ? "," : "", R"({"buffer":0,"byteLength":)", bytes);
+        if (offset > 0) json.add(R"(,"byteOffset":)", offset);
+        if (target != 0) json.add(R"(,"target":)", target);
+        json.add("}");
+        offset += bytes;
+    };
+    add_view(c.position_bytes(), vertices), add_view(c.coordinate_bytes(), vertices), add_view(c.index_bytes(), indices);
+    add_view(c.texture.size(), 0);
+    json.add(R"(],"buffers":[{"byteLength":)", offset, "}],");
+}
+
+/// A camera at the origin, looking along -z as glTF's do by themselves.
+inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
+    LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
+    const double nearest = -c.highest[2], farthest = (std::max)(0.0, -c.lowest[2]);
+    // Room to move forward and back.
+    const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
+    json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
+    json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
+    json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
+}
+
+/// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
+inline buffer<char> describe(const contents& c, const glb_options& options) {
+    json_text json;
+    json.add("{");
+    add_accessors_and_views(json, c);
+    if (options.camera) add_camera(json, *options.camera, c);
+    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":3,"mimeType":")",
+             is_png(c.texture) ? "image/png" : "image/jpeg", R"("}],)");
+    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    json.add(R"("materials":[{)", options.double_sided ? R"("doubleSided":true,)" : "");
+    json.add(R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
+             R"("metallicFactor":0.0}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},)",
+             R"("indices":2,"material":0,"mode":4}]}],"nodes":[{"mesh":0,"name":"3D photo"})");
+    if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
+    // Linear filters, with mip maps; nothing repeats beyond the edges.
+    json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
+    if (options.motion)
+        json.add(R"("extras":{"farthest":)", shortest(options.range.z_far), R"(,"motion":)", shortest(*options.motion),
+                 R"(,"nearest":)", shortest(options.range.z_near), "},");
+    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
+    return json.text();
+}
+
+/// Fills a file from front to back, little-endian as glTF demands.
+class writer {
+public:
+    explicit writer(std::byte* to) : to_(to) {}
+
+    template <std::unsigned_integral Integer>
+    void put(Integer value) {
+        for (std::size_t i = 0; i < sizeof value; ++i) *to_++ = static_cast<std::byte>(value >> (8 * i) & 255);
+    }
+    void put_bytes(const void* from, std::size_t count) {
+        if (count > 0) std::memcpy(to_, from, count);
+        to_ += count;
+    }
+    void put_padding(std::byte padding, std::size_t count) {
+        for (; count > 0; --count) *to_++ = padding;
+    }
+
+private:
+    std::byte* to_;
+};
+
+inline void put_contents(writer& to, const contents& c) {
+    for (const float p : c.mesh.positions) {
+        std::uint32_t bits;
+        std::memcpy(&bits, &p, sizeof bits);
+        to.put(bits);
+    }
+    for (const float t : c.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint32_t i : c.mesh.triangles) {
+        if (c.has_short_indices())
+            to.put(static_cast<std::uint16_t>(i));
+        else
+            to.put(i);
+    }
+    to.put_bytes(c.texture.data(), c.texture.size());
+}
+
+}  // namespace detail::glb
+
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options) {
+    using namespace detail::glb;
     detail::check_mesh(mesh);
-    if (!detail::is_jpeg(texture))
-        raise(error_code::invalid_data, "encode_glb", "a JPEG file as texture", detail::describe_format(texture));
-    detail::read_jpeg_header(texture, "texture");
+    if (!detail::is_jpeg(texture) && !detail::is_png(texture))
+        raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", detail::describe_format(texture));
+    detail::read_picture_header(texture, "texture");
 
-    detail::glb_builder glb;
-    tinygltf::Model& model = glb.model;
-    tinygltf::Mesh part;
-    part.primitives.push_back(detail::add_geometry(glb, mesh));
-    model.meshes.push_back(part);
-    detail::add_material(glb, texture, options.double_sided);
-    if (model.buffers.front().data.size() > 0xFFFF0000)
-        raise(error_code::too_large, "encode_glb", "less than 4 GB",
-              std::to_string(model.buffers.front().data.size()) + " bytes");
-
-    tinygltf::Node node;
-    node.name = "3D photo";
-    node.mesh = 0;
-    model.nodes.push_back(node);
-    if (options.camera) detail::add_camera(model, *options.camera, mesh);
-    tinygltf::Scene scene;
-    for (std::size_t i = 0; i < model.nodes.size(); ++i) scene.nodes.push_back(static_cast<int>(i));
-    model.scenes.push_back(scene);
-    model.defaultScene = 0;
-    model.asset.version = "2.0";
-    model.asset.generator = "ldi " + std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." +
-                            std::to_string(LDI_VERSION_PATCH);
-
-    std::ostringstream stream(std::ios::binary);
-    tinygltf::TinyGLTF writer;
-    // A stream keeps to itself what goes wrong, such as a lack of memory; the writer does not ask it.
-    if (!writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream)
-        raise(error_code::too_large, "encode_glb", "a file that fits in memory",
-              std::to_string(model.buffers.front().data.size()) + " bytes of mesh and texture");
-    const std::string file = stream.str();
-    std::vector<std::byte> bytes(file.size());
-    std::memcpy(bytes.data(), file.data(), file.size());
-    return bytes;
+    const contents parts = measured(mesh, texture);
+    if (parts.bytes() > 0xFFFF0000)
+        raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
+    const buffer<char> json = describe(parts, options);
+    const auto up_to_four = [](std::size_t bytes) { return (bytes + 3) / 4 * 4; };
+    const std::size_t json_bytes = up_to_four(json.size()), binary_bytes = up_to_four(parts.bytes());
+    buffer<std::byte> file(12 + 8 + json_bytes + 8 + binary_bytes, unset);
+    writer to(file.data());
+    const auto put_size = [&to](std::size_t bytes) { to.put(static_cast<std::uint32_t>(bytes)); };
+    to.put(magic), to.put(version), put_size(file.size());
+    put_size(json_bytes), to.put(json_chunk);
+    to.put_bytes(json.data(), json.size()), to.put_padding(std::byte{' '}, json_bytes - json.size());
+    put_size(binary_bytes), to.put(binary_chunk);
+    put_contents(to, parts);
+    to.put_padding(std::byte{0}, binary_bytes - parts.bytes());
+    return file;
 }
 
 }  // namespace ldi

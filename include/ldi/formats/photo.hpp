@@ -16,7 +16,7 @@
 #include <span>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A photo as a person sees it.
 struct photo {
@@ -25,7 +25,8 @@ struct photo {
 };
 
 struct photo_options {
-    /// A larger photo is refused before it is decoded. Decoding takes about 6 bytes a pixel, 16 at worst (16-bit PNG with alpha).
+    /// A larger photo is refused before it is decoded. Decoding takes about 6 bytes per pixel, 16 at worst (16-bit PNG with
+    /// alpha).
     std::size_t max_pixels = 200'000'000;
 };
 
@@ -35,7 +36,7 @@ struct photo_options {
 /// kept; what is transparent is laid on white. An animated PNG gives its default picture, which is its first frame in most.
 ///
 /// where  the name that errors give the data
-/// Errors: unsupported (another format, which the message names), invalid_data (empty, cut off or damaged), too_large.
+/// Raises unsupported (another format, which the message names), invalid_data (empty, cut off or damaged), too_large.
 photo decode_photo(std::span<const std::byte> bytes, const photo_options& options = {}, const std::string& where = "photo");
 
 /// decode_photo() of a file; also raises file_access.
@@ -43,7 +44,7 @@ photo load_photo(const std::filesystem::path& path, const photo_options& options
 
 namespace detail {
 
-/// Where the upright picture's pixel (y, x) lies in the stored one: at index origin + y * down + x * right.
+/// The way through a stored picture that shows it upright: pixel (y, x) lies at index origin + y * down + x * right.
 struct upright_order {
     std::size_t height, width;
     std::ptrdiff_t origin, down, right;
@@ -87,9 +88,10 @@ inline photo decode_photo(std::span<const std::byte> bytes, const photo_options&
     }
     const bool has_alpha = stored.channels == 2 || stored.channels == 4;
     const std::size_t green = stored.channels >= 3 ? 1 : 0, blue = stored.channels >= 3 ? 2 : 0;
-    for (std::size_t y = 0; y < order.height; ++y) {
+    std::ptrdiff_t row = order.origin;
+    for (std::size_t y = 0; y < order.height; ++y, row += order.down) {
         std::uint8_t* to = result.color.row(y);
-        std::ptrdiff_t from = order.origin + static_cast<std::ptrdiff_t>(y) * order.down;
+        std::ptrdiff_t from = row;
         for (std::size_t x = 0; x < order.width; ++x, to += 3, from += order.right) {
             const std::uint8_t* const sample = stored.samples.get() + static_cast<std::size_t>(from) * stored.channels;
             to[0] = sample[0], to[1] = sample[green], to[2] = sample[blue];

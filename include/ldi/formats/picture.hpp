@@ -16,19 +16,19 @@
 #include <string>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
 /// resolution (4:2:0) at quality 90 and below.
 ///
 /// quality  1 to 100
-/// Errors: invalid_option, too_large.
+/// Raises invalid_option, too_large.
 std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, int quality = 85);
 
-/// A PNG file of an H x W x 1 or H x W x 3 image. Errors: too_large.
+/// A PNG file of an H x W x 1 or H x W x 3 image. Raises too_large.
 std::vector<std::byte> encode_png(const image<std::uint8_t>& picture);
 
-/// A 16-bit gray PNG file of an H x W x 1 image, as depth maps are kept. Errors: too_large.
+/// A 16-bit gray PNG file of an H x W x 1 image, as depth maps are kept. Raises too_large.
 std::vector<std::byte> encode_png(const image<std::uint16_t>& picture);
 
 /// encode_jpeg() to a file; also raises file_access.
@@ -73,9 +73,8 @@ inline std::vector<std::byte> encode_jpeg(const image<std::uint8_t>& picture, in
     LDI_ASSERT(picture.height() > 0 && picture.width() > 0);
     if (quality < 1 || quality > 100) raise(error_code::invalid_option, "JPEG quality", "1 to 100", std::to_string(quality));
     // The encoder counts samples in int.
-    if (picture.height() > 65535 || picture.width() > 65535 ||
-        picture.size() > static_cast<std::size_t>((std::numeric_limits<int>::max)()))
-        raise(error_code::too_large, "encode_jpeg", "at most 65535 pixels a side, and below 2 GB in memory",
+    if (picture.height() > 65535 || picture.width() > 65535 || picture.size() > std::size_t{(std::numeric_limits<int>::max)()})
+        raise(error_code::too_large, "encode_jpeg", "sides of at most 65535 pixels, and below 2 GB in memory",
               std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
     std::vector<std::byte> bytes;
     const auto append = [](void* to, void* data, int size) {

@@ -11,10 +11,10 @@
 #include <span>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// folder  holds tiefenrausch.pb and tiefenrausch_init.pb
-/// Errors: file_access, and those of read_caffe2() and tiefenrausch.
+/// Raises file_access, and what read_caffe2() and tiefenrausch raise.
 inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
     const std::filesystem::path network_file = folder / "tiefenrausch.pb", weight_file = folder / "tiefenrausch_init.pb";
     const std::vector<std::byte> network = read_file(network_file), weights = read_file(weight_file);

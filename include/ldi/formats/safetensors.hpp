@@ -1,47 +1,38 @@
-// Reads safetensors files (https://huggingface.co/docs/safetensors): eight bytes of header length, a JSON header with the type,
-// the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
+// Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
+// the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
+// formats/safetensors_file.hpp reads them by name.
 #pragma once
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/formats/file.hpp>
+#include <ldi/formats/detail/json.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <limits>
-#include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
 /// where  names the file in messages
 ///
 /// Half-precision numbers become float. Nothing is allocated before the header has shown that the file holds it.
-/// Errors: invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
+/// Raises invalid_data, too_large (header above 4 MiB) and unsupported (type); they name the tensor.
 named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where = "safetensors file");
-
-/// Errors: file_access, and those of decode_safetensors().
-inline named_tensors load_safetensors(const std::filesystem::path& path) {
-    return decode_safetensors(read_file(path), path.string());
-}
 
 namespace detail {
 
 /// what  "a depth network": the kind of file that `expected` for `key` in the metadata tells of
-/// Errors: mismatch where the metadata have nothing or something else for it.
+/// Raises mismatch where the metadata have nothing or something else for it.
 inline void check_metadata(const named_tensors& file, const std::string& what, const std::string& key,
                            const std::string& expected) {
     const auto found = file.metadata.find(key);
@@ -56,6 +47,7 @@ namespace detail::safetensors {
 
 inline constexpr std::size_t most_header_bytes = std::size_t{4} << 20;
 inline constexpr std::size_t most_dimensions = 8;
+inline constexpr int most_nesting = 3;  ///< the header, a tensor, its shape
 
 inline std::uint32_t little_endian(const std::byte* bytes, int size) {
     std::uint32_t value = 0;
@@ -74,7 +66,7 @@ inline float half_to_float(std::uint32_t half) {
     const std::uint32_t sign = (half & 0x8000) << 16, exponent = (half >> 10) & 31, fraction = half & 1023;
     if (exponent == 31) return float_from_bits(sign | 0x7F800000 | (fraction << 13));
     if (exponent != 0) return float_from_bits(sign | ((exponent + 112) << 23) | (fraction << 13));
-    const float value = static_cast<float>(fraction) * 0x1p-24F;  // subnormal
+    const float value = nearest_float(fraction) * 0x1p-24F;  // subnormal
     return sign != 0 ? -value : value;
 }
 
@@ -111,50 +103,33 @@ struct entry {
     std::size_t begin = 0, end = 0;
 };
 
-/// An object. Deeper nesting than the format has is refused while parsing, and so are keys that come twice, which JSON libraries
-/// let pass.
-inline nlohmann::json parse_object(std::string_view text, const std::string& where) {
-    std::vector<std::set<std::string>> keys;  // of the objects that are open
-    const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
-        using parse_event = nlohmann::json::parse_event_t;
-        if (depth >= 3 && (event == parse_event::object_start || event == parse_event::array_start))
-            raise(error_code::invalid_data, where, "JSON nested at most three deep", "deeper nesting");
-        if (event == parse_event::object_start) keys.emplace_back();
-        if (event == parse_event::object_end) keys.pop_back();
-        if (event == parse_event::key && !keys.back().insert(parsed.get_ref<const std::string&>()).second)
-            raise(error_code::invalid_data, where, "every name once", printable(parsed.get_ref<const std::string&>()) + " twice");
-        return true;
-    };
-    nlohmann::json object = nlohmann::json::parse(text.begin(), text.end(), watch, false);
-    if (!object.is_object()) raise(error_code::invalid_data, where, "a JSON object", "something else");
-    return object;
-}
-
 /// One line of the header, each part checked against the rest and against the size of the data.
-inline entry checked_entry(const std::string& name, const nlohmann::json& line, std::size_t data_bytes,
-                           const std::string& where) {
+inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
     const std::string here = where + ", tensor " + printable(name);
     const auto part = [&](const char* key, bool is_right_kind) {
         if (!is_right_kind) raise(error_code::invalid_data, here, std::string(key) + " as the format has it", "another or none");
     };
-    const auto member = [&](const char* key) { return line.is_object() && line.contains(key) ? line[key] : nlohmann::json(); };
     const auto sizes = [&](const char* key, std::size_t most) {
-        const nlohmann::json values = member(key);
-        part(key, values.is_array() && values.size() <= most);
+        const json_value values = json_member(line, key);
+        part(key, values.kind == json_kind::array);
         buffer<std::size_t> result;
-        for (const nlohmann::json& value : values) {
-            part(key, value.is_number_unsigned() && value.get<std::uint64_t>() <= (std::numeric_limits<std::size_t>::max)());
-            result.push_back(value.get<std::size_t>());
-        }
+        for_each_element(values, [&](const json_value& value) {
+            const std::optional<std::uint64_t> size = whole_number(value);
+            part(key, result.size() < most && size && *size <= (std::numeric_limits<std::size_t>::max)());
+            result.push_back(static_cast<std::size_t>(*size));
+        });
         return result;
     };
     entry result;
     result.name = name;
-    part("dtype", member("dtype").is_string());
-    result.type = member("dtype").get<std::string>();
+    const json_value type = json_member(line, "dtype");
+    part("dtype", type.kind == json_kind::string);
+    result.type = unescaped(type.text);
     result.shape = sizes("shape", most_dimensions);
     const buffer<std::size_t> offsets = sizes("data_offsets", 2);
-    part("data_offsets", offsets.size() == 2 && line.size() == 3);
+    int members = 0;
+    for_each_member(line, [&](const std::string&, const json_value&) { ++members; });
+    part("data_offsets", offsets.size() == 2 && members == 3);
     result.begin = offsets[0], result.end = offsets[1];
 
     const std::size_t scalar_bytes = scalar_size(result.type);
@@ -175,6 +150,18 @@ inline entry checked_entry(const std::string& name, const nlohmann::json& line, 
     return result;
 }
 
+inline decltype(named_tensors::metadata) checked_metadata(const json_value& line, const std::string& where) {
+    if (line.kind != json_kind::object)
+        raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
+    decltype(named_tensors::metadata) result;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        if (value.kind != json_kind::string)
+            raise(error_code::invalid_data, where, "metadata that is text", "something else for " + printable(key));
+        result.emplace(key, unescaped(value.text));
+    });
+    return result;
+}
+
 }  // namespace detail::safetensors
 
 inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const std::string& where) {
@@ -188,25 +175,20 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     if (header_bytes > most_header_bytes)
         raise(error_code::too_large, where, "a header of at most " + std::to_string(most_header_bytes) + " bytes",
               std::to_string(header_bytes));
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, static_cast<std::size_t>(header_bytes));
-    const std::span<const std::byte> data = bytes.subspan(8 + static_cast<std::size_t>(header_bytes));
+    const std::size_t text_bytes = static_cast<std::size_t>(header_bytes);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, text_bytes);
+    const std::span<const std::byte> data = bytes.subspan(8 + text_bytes);
 
     named_tensors result;
     result.where = where;
     buffer<entry> entries;
-    const nlohmann::json header = parse_object(text, where);
-    for (const auto& [name, line] : header.items()) {
-        if (name != "__metadata__") {
+    const detail::json_value header = detail::read_json_object(text, most_nesting, where);
+    detail::for_each_member(header, [&](const std::string& name, const detail::json_value& line) {
+        if (name == "__metadata__")
+            result.metadata = checked_metadata(line, where);
+        else
             entries.push_back(checked_entry(name, line, data.size(), where));
-            continue;
-        }
-        if (!line.is_object()) raise(error_code::invalid_data, where, "metadata that is a JSON object", "something else");
-        for (const auto& [key, value] : line.items()) {
-            if (!value.is_string())
-                raise(error_code::invalid_data, where, "metadata that is text", "something else for " + detail::printable(key));
-            result.metadata.emplace(key, value.get<std::string>());
-        }
-    }
+    });
 
     // Tensors that fill the data without gap or overlap can't add up to more memory than the file itself announces.
     std::sort(entries.begin(), entries.end(),

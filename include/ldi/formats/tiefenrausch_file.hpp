@@ -1,41 +1,17 @@
-// Loads a depth network from a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small student of
-// the published network, in the same arithmetic. formats/published_network.hpp loads that one.
+// Reads a depth network by name: a safetensors file (formats/tiefenrausch.hpp), or the folder of the published network
+// (formats/published_network.hpp).
 #pragma once
 
 #include <ldi/formats/file.hpp>
 #include <ldi/formats/published_network.hpp>
-#include <ldi/formats/safetensors.hpp>
-#include <ldi/kernels/isa.hpp>
-#include <ldi/networks/tiefenrausch.hpp>
-#include <ldi/nn/dense/quantized_weights.hpp>
+#include <ldi/formats/tiefenrausch.hpp>
 
-#include <cstddef>
 #include <filesystem>
-#include <span>
-#include <string>
 #include <system_error>
-#include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
-///
-/// Errors: those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
-/// network.
-inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
-                                        isa target = best_isa()) {
-    const named_tensors file = decode_safetensors(bytes, where);
-    for (const auto& [key, expected] :
-         {std::pair{"format", "ldi"}, std::pair{"name", "tiefenrausch_small"}, std::pair{"version", "1"}})
-        detail::check_metadata(file, "a depth network", key, expected);
-    const auto output = file.metadata.find("output");
-    const bool is_linear = output != file.metadata.end() && output->second == "disparity";
-    if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
-    return tiefenrausch(read_quantized_network(file), target,
-                        is_linear ? network_output::disparity : network_output::log_disparity);
-}
-
-/// Errors: file_access, and those of decode_tiefenrausch().
+/// Raises file_access, and what decode_tiefenrausch() raises.
 inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
     return decode_tiefenrausch(read_file(path), path.string());
 }

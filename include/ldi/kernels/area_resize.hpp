@@ -5,6 +5,7 @@
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
 struct area_weights {
@@ -38,7 +39,7 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
         for (std::uint64_t s = first; s < last; ++s) {
             const std::uint64_t overlap =
                 std::min<std::uint64_t>(end, (s + 1) * result) - std::max<std::uint64_t>(begin, s * result);
-            made.weights.push_back(static_cast<float>(static_cast<double>(overlap) / static_cast<double>(source)));
+            made.weights.push_back(static_cast<float>(detail::nearest_double(overlap) / detail::nearest_double(source)));
         }
     }
     return made;
@@ -66,7 +67,7 @@ inline void add_area_row(const area_weights& horizontal, const std::uint8_t* sou
         for (std::size_t c = 0; c < channels; ++c, ++sums) {
             float mean = 0;
             for (std::size_t i = 0; i < cover.count; ++i) {
-                const float value = static_cast<float>(source[(cover.first + i) * channels + c]);
+                const float value = source[(cover.first + i) * channels + c];
                 const float share = horizontal.weights[cover.weight + i] * value;
                 mean += share;
             }

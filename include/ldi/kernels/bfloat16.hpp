@@ -1,10 +1,12 @@
 // bfloat16: the upper half of a float32, that is its sign, its exponent and 8 significant bits.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cstdint>
 #include <cstring>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct bfloat16 {
     std::uint16_t bits = 0;

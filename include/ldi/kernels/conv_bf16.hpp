@@ -1,6 +1,6 @@
 // k x k convolution of bfloat16 values, like kernels/conv_f32.hpp: half the memory, and twice the products an instruction. Sums,
-// bias, ratio and activation are float32. This header is the contract of the family; one file for each instruction set that has
-// such multiplications implements it, beside portable code.
+// bias, ratio and activation are float32. One file of conv_bf16/ for each instruction set that has such multiplications,
+// beside portable code.
 //
 // A pixel's result has the same bits however the pixels are cut into calls. A result is within 1e-5 times the sum of the absolute
 // values of what is added, and where it is rounded to bfloat16 within 2^-8 of itself, of the exact one, if neither values nor
@@ -8,15 +8,26 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
-#include <ldi/kernels/conv_bf16_avx512bf16.hpp>
-#include <ldi/kernels/conv_scalar.hpp>
+#include <ldi/kernels/conv_bf16/avx512bf16.hpp>
+#include <ldi/kernels/conv_bf16/contract.hpp>
+#include <ldi/kernels/conv_bf16/scalar.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <type_traits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_bf16_kernel conv_bf16_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx512vnni, avx512bf16::pack_conv_bf16, avx512bf16::conv_bf16<float>, avx512bf16::conv_bf16<bfloat16>},
+#endif
+    {isa::scalar, scalar::pack_conv_bf16, scalar::conv_bf16<float>, scalar::conv_bf16<bfloat16>},
+};
+static_assert(find_kernel(conv_bf16_kernels, isa::scalar).set == isa::scalar);
 
 /// target   to pack for, one that multiplies_bfloat16()
 /// weights  outputs x rows x inputs, row-major, finite; rounded to bfloat16
@@ -27,20 +38,14 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F && multiplies_bfloat16(target));
     conv_bf16_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_bf16_kernels, target).set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     buffer<bfloat16> rounded(weights.size());
     std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
-#if LDI_HAS_X86_KERNELS
-    if (packed.target == isa::avx512vnni) {
-        avx512bf16::pack_conv_bf16(packed, rounded, bias);
-        return packed;
-    }
-#endif
-    scalar::pack_conv_bf16(packed, rounded, bias);
+    find_kernel(conv_bf16_kernels, target).pack(packed, rounded, bias);
     return packed;
 }
 
@@ -53,10 +58,11 @@ inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weigh
 template <class Result>
 void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
                const float* ratios, Result* result) {
-#if LDI_HAS_X86_KERNELS
-    if (weights.target == isa::avx512vnni) return avx512bf16::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-    scalar::conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
+    const conv_bf16_kernel& kernel = find_kernel(conv_bf16_kernels, weights.target);
+    if constexpr (std::is_same_v<Result, float>)
+        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+    else
+        kernel.run_to_bfloat16(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi

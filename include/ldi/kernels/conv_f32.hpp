@@ -1,22 +1,39 @@
 // k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
-// side. This header is the contract of the family; one file for each instruction set implements it.
+// side. One file of conv_f32/ for each instruction set.
 //
 // Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
 // has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
 // addition.
 #pragma once
 
-#include <ldi/kernels/conv_f32_avx2.hpp>
-#include <ldi/kernels/conv_f32_avx512.hpp>
-#include <ldi/kernels/conv_f32_neon.hpp>
-#include <ldi/kernels/conv_f32_wasm.hpp>
-#include <ldi/kernels/conv_scalar.hpp>
+#include <ldi/kernels/conv_f32/avx2.hpp>
+#include <ldi/kernels/conv_f32/avx512vnni.hpp>
+#include <ldi/kernels/conv_f32/contract.hpp>
+#include <ldi/kernels/conv_f32/neon.hpp>
+#include <ldi/kernels/conv_f32/scalar.hpp>
+#include <ldi/kernels/conv_f32/wasm.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <cstddef>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_f32_kernel conv_f32_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
+    {isa::avx512vnni, avx512vnni::pack_conv_f32, avx512vnni::conv_f32},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_conv_f32, neon::conv_f32},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_conv_f32, wasm_simd128::conv_f32},
+#endif
+    {isa::scalar, scalar::pack_conv_f32, scalar::conv_f32},
+};
+static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 
 /// target   to pack for, one that is_available()
 /// weights  outputs x rows x inputs, row-major, finite
@@ -27,24 +44,12 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
     conv_f32_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_f32_kernels, target).set;
     packed.rows = rows;
     packed.inputs = weights.size() / (bias.size() * rows);
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_conv_f32(packed, weights, bias); break;
-        case isa::avx2: avx2::pack_conv_f32(packed, weights, bias); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_conv_f32(packed, weights, bias); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_conv_f32(packed, weights, bias); break;
-#endif
-        default: scalar::pack_conv_f32(packed, weights, bias); break;
-    }
+    find_kernel(conv_f32_kernels, target).pack(packed, weights, bias);
     return packed;
 }
 
@@ -56,19 +61,7 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-        case isa::avx2: return avx2::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-        default: return scalar::conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
-    }
+    find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi

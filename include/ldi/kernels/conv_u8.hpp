@@ -1,22 +1,35 @@
 // k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. This header is the contract of the family; one file for each instruction set
-// implements it, all with equal results. Where there is none (Arm, WebAssembly), portable code runs.
+// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results. Where there
+// is none (Arm, WebAssembly), portable code runs.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
 // the same operations everywhere: each product is added to what follows it with one rounding.
 #pragma once
 
-#include <ldi/kernels/conv_u8_avx2.hpp>
-#include <ldi/kernels/conv_u8_avx512vnni.hpp>
-#include <ldi/kernels/conv_u8_scalar.hpp>
-#include <ldi/kernels/detail/conv_u8_weights.hpp>
+#include <ldi/kernels/conv_u8/avx2.hpp>
+#include <ldi/kernels/conv_u8/avx512vnni.hpp>
+#include <ldi/kernels/conv_u8/avx_vnni.hpp>
+#include <ldi/kernels/conv_u8/contract.hpp>
+#include <ldi/kernels/conv_u8/scalar.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr conv_u8_kernel conv_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
+    {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
+    {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+#endif
+    {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
+};
+static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target             to pack for, one that is_available()
 /// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
@@ -35,19 +48,13 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
                            [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
     conv_u8_weights packed;
-    packed.target = without_tiles(target);
+    packed.target = find_kernel(conv_u8_kernels, target).set;
     packed.rows = rows;
     packed.inputs = zero_points.size();
     packed.outputs = bias.size();
     packed.negative_slope = after.negative_slope;
     packed.result_zero_point = result_zero_point;
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-        case isa::avx2: avx2::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-#endif
-        default: scalar::pack_conv_u8(packed, weights, zero_points, scales, bias); break;
-    }
+    find_kernel(conv_u8_kernels, target).pack(packed, weights, zero_points, scales, bias);
     return packed;
 }
 
@@ -61,13 +68,11 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-        case isa::avx2: return avx2::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-#endif
-        default: return scalar::conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
-    }
+    const conv_u8_kernel& kernel = find_kernel(conv_u8_kernels, weights.target);
+    if constexpr (std::is_same_v<Result, std::uint8_t>)
+        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
+    else
+        kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
 }  // namespace ldi

@@ -1,20 +1,36 @@
 // Depthwise 3 x 3 convolution of 8-bit activations, requantized to 8 bits, one row of the result at a time. It can read its
-// input enlarged by repetition, without anybody having to write that out. This header is the contract of the family; one file
-// for each instruction set implements it, all with equal results.
+// input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
+// instruction set, all with equal results.
 #pragma once
 
-#include <ldi/kernels/depthwise_u8_avx2.hpp>
-#include <ldi/kernels/depthwise_u8_avx512vnni.hpp>
-#include <ldi/kernels/depthwise_u8_neon.hpp>
-#include <ldi/kernels/depthwise_u8_scalar.hpp>
-#include <ldi/kernels/depthwise_u8_wasm.hpp>
-#include <ldi/kernels/detail/depthwise_u8_weights.hpp>
+#include <ldi/kernels/depthwise_u8/avx2.hpp>
+#include <ldi/kernels/depthwise_u8/avx512vnni.hpp>
+#include <ldi/kernels/depthwise_u8/contract.hpp>
+#include <ldi/kernels/depthwise_u8/neon.hpp>
+#include <ldi/kernels/depthwise_u8/scalar.hpp>
+#include <ldi/kernels/depthwise_u8/wasm.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
+    {isa::avx512vnni, avx512vnni::pack_depthwise_u8, avx512vnni::depthwise_u8},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_depthwise_u8, neon::depthwise_u8},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_depthwise_u8, wasm_simd128::depthwise_u8},
+#endif
+    {isa::scalar, scalar::pack_depthwise_u8, scalar::depthwise_u8},
+};
+static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target            as for pack_gemm_u8()
 /// weights           channels x 3 x 3, row-major
@@ -30,21 +46,10 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     packed.stride = stride;
     packed.padding = input_zero_point;
     packed.output = output;
-    packed.target = detail::choose_target(without_tiles(target), weights, weight_zero_point, bias, output, packed.fast);
+    packed.target = detail::choose_target(find_kernel(depthwise_u8_kernels, target).set, weights, weight_zero_point, bias, output,
+                                          packed.fast);
     const detail::depthwise_source source{weights, bias, weight_zero_point, input_zero_point};
-    switch (packed.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_depthwise_u8(packed, source); break;
-        case isa::avx2: avx2::pack_depthwise_u8(packed, source); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_depthwise_u8(packed, source); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_depthwise_u8(packed, source); break;
-#endif
-        default: scalar::pack_depthwise_u8(packed, source); break;
-    }
+    find_kernel(depthwise_u8_kernels, packed.target).pack(packed, source);
     return packed;
 }
 
@@ -59,19 +64,7 @@ inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, s
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
-    switch (weights.target) {
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::depthwise_u8(weights, rows, width, repeat, result);
-        case isa::avx2: return avx2::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::depthwise_u8(weights, rows, width, repeat, result);
-#endif
-        default: return scalar::depthwise_u8(weights, rows, width, repeat, result);
-    }
+    find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 
 }  // namespace ldi

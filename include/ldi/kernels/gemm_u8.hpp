@@ -1,21 +1,42 @@
 // Matrix product of 8-bit activations and 8-bit weights, requantized to 8 bits: the 1 x 1 convolution, and any dense k x k one,
-// whose windows are k stretches of image rows and need no copying. This header is the contract of the family; one file for each
-// instruction set implements it, all with equal results.
+// whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
+// results.
 #pragma once
 
-#include <ldi/kernels/detail/gemm_u8_weights.hpp>
-#include <ldi/kernels/gemm_u8_amx.hpp>
-#include <ldi/kernels/gemm_u8_avx2.hpp>
-#include <ldi/kernels/gemm_u8_avx512vnni.hpp>
-#include <ldi/kernels/gemm_u8_neon.hpp>
-#include <ldi/kernels/gemm_u8_scalar.hpp>
-#include <ldi/kernels/gemm_u8_wasm.hpp>
+#include <ldi/kernels/gemm_u8/amx.hpp>
+#include <ldi/kernels/gemm_u8/avx2.hpp>
+#include <ldi/kernels/gemm_u8/avx512vnni.hpp>
+#include <ldi/kernels/gemm_u8/avx_vnni.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+#include <ldi/kernels/gemm_u8/neon.hpp>
+#include <ldi/kernels/gemm_u8/scalar.hpp>
+#include <ldi/kernels/gemm_u8/wasm.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Which instruction set has which kernel.
+inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
+#if LDI_HAS_X86_KERNELS
+    {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
+    {isa::avx_vnni, 2, avx_vnni::pack_gemm_u8, avx_vnni::gemm_u8},
+    {isa::avx512vnni, 1, avx512vnni::pack_gemm_u8, avx512vnni::gemm_u8},
+#endif
+#if LDI_HAS_AMX_KERNELS
+    {isa::amx_int8, 2, detail::pack_tiles, amx::gemm_u8},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, 1, neon::pack_gemm_u8, neon::gemm_u8},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, 1, wasm_simd128::pack_gemm_u8, wasm_simd128::gemm_u8},
+#endif
+    {isa::scalar, 1, scalar::pack_gemm_u8, scalar::gemm_u8},
+};
+static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
 ///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
@@ -35,26 +56,11 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.inputs = weights.size() / (bias.size() * segments);
     packed.outputs = bias.size();
     packed.output = output;
-    // A single output would use one column of a tile's 16.
-    packed.target = detail::choose_target(bias.size() == 1 ? without_tiles(target) : target, weights, weight_zero_point, bias,
-                                          output, packed.fast);
+    const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
+    const isa wanted = packed.outputs < kernel.least_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
+    packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
-    switch (packed.target) {
-#if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: detail::pack_tiles(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: avx512vnni::pack_gemm_u8(packed, weights, weight_zero_point); break;
-        case isa::avx2: avx2::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: neon::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: wasm_simd128::pack_gemm_u8(packed, weights, weight_zero_point); break;
-#endif
-        default: scalar::pack_gemm_u8(packed, weights, weight_zero_point); break;
-    }
+    find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
 }
 
@@ -63,22 +69,7 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    switch (weights.target) {
-#if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: return amx::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_X86_KERNELS
-        case isa::avx512vnni: return avx512vnni::gemm_u8(weights, segments, pixel_stride, pixels, result);
-        case isa::avx2: return avx2::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return neon::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return wasm_simd128::gemm_u8(weights, segments, pixel_stride, pixels, result);
-#endif
-        default: return scalar::gemm_u8(weights, segments, pixel_stride, pixels, result);
-    }
+    find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
 }
 
 }  // namespace ldi

@@ -1,78 +1,74 @@
-// Which instruction set the kernels of kernels/ use. Chosen at run time, when weights are packed; all of them give the same bits.
-// The environment variable LDI_ISA (scalar, avx2, avx512vnni, amx, neon, wasm) forces one, for tests and benchmarks.
+// Instruction sets that the kernels of kernels/ are written for: one row of `instruction_sets` each. Which one runs is decided at
+// run time, when weights are packed; all of them give the same bits. The environment variable LDI_ISA forces one by its name, for
+// tests and benchmarks. A new set is a row here, a file in the folder of each family that it makes faster, and a row in that
+// family's table (kernels/gemm_u8.hpp and its like); README.md beside this file shows which set has which.
 #pragma once
 
 #include <ldi/base/error.hpp>
-#include <ldi/kernels/detail/amx_permission.hpp>
-#include <ldi/kernels/detail/dot_product_extension.hpp>
-#include <ldi/kernels/detail/target.hpp>
+#include <ldi/kernels/detail/cpu_features.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdlib>
 #include <string>
 #include <string_view>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
     avx2,              ///< AVX2 and FMA
+    avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,          ///< AMX's tiles for matrix products, AVX-512 VNNI for all else; where Linux grants it
+    amx_int8,          ///< AMX's tiles of bytes, where Linux grants them
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
     wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
 
-/// Slowest first.
-inline constexpr std::array all_isas{isa::scalar,           isa::avx2,        isa::avx512vnni, isa::amx_int8,
-                                     isa::neon_dot_product, isa::wasm_simd128};
+struct instruction_set {
+    isa id;
+    std::string_view name;             ///< as LDI_ISA spells it
+    std::array<cpu_feature, 6> needs;  ///< all of them
+    isa otherwise;                     ///< whose kernel runs where a family has none for this set
+};
 
-/// The name as LDI_ISA spells it.
-constexpr std::string_view to_string(isa set) {
-    switch (set) {
-        case isa::scalar: return "scalar";
-        case isa::avx2: return "avx2";
-        case isa::avx512vnni: return "avx512vnni";
-        case isa::amx_int8: return "amx";
-        case isa::neon_dot_product: return "neon";
-        case isa::wasm_simd128: return "wasm";
-    }
-    return "unknown";
+/// Slowest first.
+inline constexpr std::array instruction_sets{
+    instruction_set{isa::scalar, "scalar", {}, isa::scalar},
+    instruction_set{isa::avx2, "avx2", {cpu_feature::avx2, cpu_feature::fma}, isa::scalar},
+    instruction_set{isa::avx_vnni, "avxvnni", {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx_vnni}, isa::avx2},
+    instruction_set{isa::avx512vnni,
+                    "avx512vnni",
+                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni},
+                    isa::avx2},
+    instruction_set{isa::amx_int8,
+                    "amx",
+                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni, cpu_feature::amx_int8},
+                    isa::avx512vnni},
+    instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
+    instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
+
+constexpr const instruction_set& find_instruction_set(isa id) {
+    for (const instruction_set& set : instruction_sets)
+        if (set.id == id) return set;
+    return instruction_sets.front();
 }
 
-/// The set whose kernels run all but matrix products where this one is chosen.
-constexpr isa without_tiles(isa set) { return set == isa::amx_int8 ? isa::avx512vnni : set; }
+/// The name as LDI_ISA spells it.
+constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
 /// Whether this processor and operating system run it, and this build of ldi has it.
 inline bool is_available(isa set) {
-    switch (set) {
-        case isa::scalar: return true;
-#if LDI_HAS_X86_KERNELS
-        case isa::avx2: return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-        case isa::avx512vnni:
-            return is_available(isa::avx2) && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                   __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
-#endif
-#if LDI_HAS_AMX_KERNELS
-        case isa::amx_int8: return is_available(isa::avx512vnni) && detail::may_use_amx();
-#endif
-#if LDI_HAS_ARM_KERNELS
-        case isa::neon_dot_product: return detail::has_dot_product_extension();
-#endif
-#if LDI_HAS_WASM_KERNELS
-        case isa::wasm_simd128: return true;
-#endif
-        default: return false;
-    }
+    for (const cpu_feature feature : find_instruction_set(set).needs)
+        if (!detail::has_feature(feature)) return false;
+    return true;
 }
 
 /// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
-/// AVX-512 (AVX512_BF16: Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
+/// AVX-512 (Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
 inline bool multiplies_bfloat16(isa set) {
-#if LDI_HAS_X86_KERNELS
-    if (without_tiles(set) == isa::avx512vnni) return __builtin_cpu_supports("avx512bf16");
-#endif
-    return set == isa::scalar;
+    const bool is_avx512 = set == isa::avx512vnni || find_instruction_set(set).otherwise == isa::avx512vnni;
+    return set == isa::scalar || (is_avx512 && detail::has_feature(cpu_feature::avx512_bf16));
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
@@ -81,14 +77,23 @@ inline isa best_isa() {
     const std::string_view name = forced == nullptr ? std::string_view() : std::string_view(forced);
     isa best = isa::scalar;
     std::string names;
-    for (isa set : all_isas) {
-        if (!is_available(set)) continue;
-        if (name == to_string(set)) return set;
-        names.append(names.empty() ? "" : ", ").append(to_string(set));
-        best = set;
+    for (const instruction_set& set : instruction_sets) {
+        if (!is_available(set.id)) continue;
+        if (name == set.name) return set.id;
+        names.append(names.empty() ? "" : ", ").append(set.name);
+        best = set.id;
     }
     if (!name.empty()) raise(error_code::invalid_option, "LDI_ISA", "one of " + names, std::string(name));
     return best;
+}
+
+/// The row of a family's table for this set, or for the nearest one that the table has in its place. Every table has one for
+/// scalar.
+template <class Kernel, std::size_t rows>
+constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
+    for (isa set = wanted;; set = find_instruction_set(set).otherwise)
+        for (const Kernel& kernel : table)
+            if (kernel.set == set) return kernel;
 }
 
 }  // namespace ldi

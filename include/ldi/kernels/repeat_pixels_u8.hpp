@@ -1,11 +1,13 @@
 // Nearest-neighbor enlargement of one row of 8-bit activations.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Repeats every pixel of a row `factor` times: width x channels to (width * factor) x channels.
 inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::size_t channels, std::size_t factor,

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// What an 8-bit value stands for: `(q - zero_point) * scale`.
 struct quantization {

@@ -5,14 +5,26 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/kernels/requantize.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// A whole number in float plus the zero point, clamped to 0..255.
+inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
+    const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
+    return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+}
+
+}  // namespace detail
 
 /// `clamp(trunc(fma(float(acc), scale, acc < 0 ? -offset : offset)) + zero_point)`: one rounding, one truncation. With scale and
 /// offset both negated it is the same function of `-acc`.
@@ -21,10 +33,8 @@ struct float_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        const float value = std::fma(static_cast<float>(accumulator), scale, accumulator < 0 ? -offset : offset);
-        const float clamped =
-            (std::min)((std::max)(std::trunc(value), static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
-        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+        const float value = std::fma(detail::nearest_float(accumulator), scale, accumulator < 0 ? -offset : offset);
+        return detail::offset_and_clamp(std::trunc(value), zero_point);
     }
 };
 
@@ -36,11 +46,8 @@ struct unfused_requantization {
 
     std::uint8_t operator()(std::int32_t accumulator) const {
         // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
-        const auto product = static_cast<float>(double{static_cast<float>(accumulator)} * double{scale});
-        const float value = std::nearbyint(product + (accumulator < 0 ? -offset : offset));
-        const float clamped =
-            (std::min)((std::max)(value, static_cast<float>(-zero_point)), static_cast<float>(255 - zero_point));
-        return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
+        const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
+        return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
 };
 
@@ -50,21 +57,21 @@ namespace detail {
 inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) {
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
+    const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
     std::int64_t below = least;  // gives less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
         // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
         std::int64_t above = below, step = 1;
-        while (requantize(static_cast<std::int32_t>(above), r) < value) {
+        while (result_at(above) < value) {
             below = above;
             above = (std::min)(above + step, std::int64_t{most});
             step *= 2;
         }
         while (above - below > 1) {
             const std::int64_t middle = below + (above - below) / 2;
-            (requantize(static_cast<std::int32_t>(middle), r) < value ? below : above) = middle;
+            (result_at(middle) < value ? below : above) = middle;
         }
-        points.push_back(static_cast<std::int32_t>(below));
-        points.push_back(static_cast<std::int32_t>(above));
+        for (const std::int64_t point : {below, above}) points.push_back(static_cast<std::int32_t>(point));
         below = above;
     }
     return points;
@@ -78,13 +85,13 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     expected.reserve(points.size());
     for (std::int32_t point : points) expected.push_back(requantize(point, r));
 
-    const float scale = static_cast<float>(std::ldexp(static_cast<double>(r.multiplier), -31 - r.shift));
+    const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
     std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
-            const Form candidate{scale + static_cast<float>(scale_step) * unit,
+            const Form candidate{scale + nearest_float(scale_step) * unit,
                                  static_cast<float>(offset + std::ldexp(signed_step, -22)), r.zero_point};
             if (candidate(points[suspect]) != expected[suspect]) continue;
             std::size_t i = 0;

@@ -5,6 +5,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
@@ -16,36 +17,34 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
+#include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
 /// Finds the pixel of a chart at a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph& g, std::span<const float> disparity)
-        : graph_(g),
-          disparity_(disparity),
-          shown_(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), {-1, no_pixel}) {}
+    pixel_finder(const graph& g, const buffer<float>& disparity)
+        : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
     void show(const chart& c) {
         ++chart_;
-        for (const std::int32_t pixel : c.pixels) shown_[position(graph_.x[pixel], graph_.y[pixel])] = {chart_, pixel};
+        for (const std::int32_t pixel : c.pixels) shown_[graph_.position_of(pixel)] = {chart_, pixel};
     }
 
-    /// Of the chart's pixels round the corner (x, y), the one nearest in disparity.
+    /// The one nearest in disparity of the chart's pixels around the corner (x, y).
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
         for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height - 1); ++v)
             for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width - 1); ++u) {
-                const auto [of_chart, pixel] = shown_[position(u, v)];
+                const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
                 if (of_chart != chart_) continue;
-                const float difference = std::abs(disparity_[static_cast<std::size_t>(pixel)] - disparity);
+                const float difference = std::abs(disparity_[pixel] - disparity);
                 if (best == no_pixel || difference < best_difference) best = pixel, best_difference = difference;
             }
         return best;
@@ -55,14 +54,81 @@ private:
     struct occupant {
         std::int32_t chart, pixel;
     };
-    std::size_t position(std::int32_t x, std::int32_t y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(graph_.width) + static_cast<std::size_t>(x);
-    }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     std::int32_t chart_ = -1;
     buffer<occupant> shown_;
+};
+
+/// Lifts the vertices of charts and strings the charts together to one mesh.
+template <class Layers>
+class mesh_assembler {
+public:
+    mesh_assembler(const Layers& layers, const flat_mesh& flat, const texture_atlas& atlas)
+        : layers_(layers),
+          flat_(flat),
+          u_scale_(1.0F / nearest_float(atlas.color.width())),
+          v_scale_(1.0F / nearest_float(atlas.color.height())),
+          first_coordinate_(flat.outlines.corners.size(), -1),
+          finder_(layers.topology, layers.template column<disparity_column>()) {
+        std::size_t vertex_count = 0, index_count = 0;
+        for (const chart_mesh& c : flat.charts) {
+            vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
+            index_count += c.triangles.size();
+        }
+        mesh_.positions.reserve(3 * vertex_count), mesh_.texture_coordinates.reserve(2 * vertex_count);
+        mesh_.pixels.reserve(vertex_count), mesh_.triangles.reserve(index_count);
+    }
+
+    void add_chart(const chart_mesh& source, const chart& shape, const chart_placement& place) {
+        finder_.show(shape);
+        const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh_.vertex_count());
+        const std::int32_t to_atlas_x = place.x - shape.x, to_atlas_y = place.y - shape.y;
+        const auto add_rest = [&](const outline_corner& corner) {
+            mesh_.texture_coordinates.push_back(nearest_float(corner.x + to_atlas_x) * u_scale_);
+            mesh_.texture_coordinates.push_back(nearest_float(corner.y + to_atlas_y) * v_scale_);
+            mesh_.pixels.push_back(finder_.find(corner.x, corner.y, corner.disparity));
+        };
+        for (std::int32_t id : source.outline) {
+            add_outline_position(id);
+            add_rest(flat_.outlines.corners[id]);
+        }
+        for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
+            const outline_corner& corner = flat_.studs.vertices[source.first_stud_vertex + i];
+            add_position(corner);
+            add_rest(corner);
+        }
+        for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
+    }
+
+    textured_mesh finish() { return std::move(mesh_); }
+
+private:
+    void add_position(const outline_corner& corner) {
+        const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
+        const std::array<float, 3> point =
+            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), layers_.range.depth(d));
+        mesh_.positions.append(point.begin(), point.end());
+    }
+
+    /// A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
+    void add_outline_position(std::int32_t corner) {
+        std::int32_t& first_coordinate = first_coordinate_[corner];
+        if (first_coordinate < 0) {
+            first_coordinate = mesh_.positions.count();
+            add_position(flat_.outlines.corners[corner]);
+        } else {
+            for (std::int32_t i = 0; i < 3; ++i) mesh_.positions.push_back(mesh_.positions[first_coordinate + i]);
+        }
+    }
+
+    const Layers& layers_;
+    const flat_mesh& flat_;
+    float u_scale_, v_scale_;
+    buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
+    pixel_finder finder_;
+    textured_mesh mesh_;
 };
 
 }  // namespace detail
@@ -80,7 +146,6 @@ template <has_columns<disparity_column> Layers, executor Executor = const serial
 textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
     const pinhole_camera& camera = layers.camera;
     const buffer<chart_placement>& placements = atlas.placements;
     if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
@@ -88,61 +153,11 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
-    const flat_mesh flat = build_flat_mesh(g, disparity, charts, layers.range, options, threads);
+    const flat_mesh flat = build_flat_mesh(layers, charts, options, threads);
 
-    std::size_t vertex_count = 0, index_count = 0;
-    for (const chart_mesh& c : flat.charts) {
-        vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
-        index_count += c.triangles.size();
-    }
-    textured_mesh mesh;
-    mesh.positions.reserve(3 * vertex_count), mesh.texture_coordinates.reserve(2 * vertex_count),
-        mesh.pixels.reserve(vertex_count), mesh.triangles.reserve(index_count);
-    const float u_scale = 1.0F / static_cast<float>(atlas.color.width()),
-                v_scale = 1.0F / static_cast<float>(atlas.color.height());
-    // A corner is lifted once and copied from then on, so that charts meet exactly whatever the compiler does with floats.
-    buffer<std::int32_t> vertex_of_corner(flat.outlines.corners.size(), -1);
-    detail::pixel_finder finder(g, disparity);
-    for (std::size_t c = 0; c < flat.charts.size(); ++c) {
-        const chart_mesh& source = flat.charts[c];
-        const chart& shape = charts.charts[c];
-        finder.show(shape);
-        const std::uint32_t first_vertex = static_cast<std::uint32_t>(mesh.vertex_count());
-        const auto add_position = [&](const outline_corner& corner) {
-            const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
-            const std::array<float, 3> point =
-                camera.unproject(static_cast<float>(corner.x), static_cast<float>(corner.y), layers.range.depth(d));
-            mesh.positions.append(point.begin(), point.end());
-        };
-        const auto add_pixel = [&](const outline_corner& corner) {
-            mesh.pixels.push_back(finder.find(corner.x, corner.y, corner.disparity));
-        };
-        const auto add_texture_coordinate = [&](const outline_corner& corner) {
-            mesh.texture_coordinates.push_back(static_cast<float>(corner.x - shape.x + placements[c].x) * u_scale);
-            mesh.texture_coordinates.push_back(static_cast<float>(corner.y - shape.y + placements[c].y) * v_scale);
-        };
-        for (std::int32_t id : source.outline) {
-            const outline_corner& corner = flat.outlines.corners[id];
-            std::int32_t& lifted = vertex_of_corner[id];
-            if (lifted < 0) {
-                lifted = static_cast<std::int32_t>(mesh.vertex_count());
-                add_position(corner);
-            } else {
-                for (std::size_t i = 0; i < 3; ++i)
-                    mesh.positions.push_back(mesh.positions[3 * static_cast<std::size_t>(lifted) + i]);
-            }
-            add_texture_coordinate(corner);
-            add_pixel(corner);
-        }
-        for (std::int32_t i = 0; i < source.stud_vertex_count; ++i) {
-            const outline_corner& corner = flat.studs.vertices[source.first_stud_vertex + i];
-            add_position(corner);
-            add_texture_coordinate(corner);
-            add_pixel(corner);
-        }
-        for (std::uint32_t index : source.triangles) mesh.triangles.push_back(first_vertex + index);
-    }
-    return mesh;
+    detail::mesh_assembler assembler(layers, flat, atlas);
+    for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    return assembler.finish();
 }
 
 }  // namespace ldi

@@ -5,8 +5,9 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
 #include <ldi/mesh/flip.hpp>
 #include <ldi/mesh/outlines.hpp>
@@ -22,7 +23,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct mesh_options {
     simplify_options outlines;
@@ -45,9 +46,9 @@ struct flat_mesh {
 };
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
-template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
-                          const mesh_options& options, Executor& threads);
+template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
+flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options = {},
+                          Executor&& threads = {});
 
 namespace detail {
 
@@ -58,12 +59,12 @@ struct chart_polygon {
     buffer<boundary_edge> edges;
     buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
 
-    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::size_t chart_index) {
+    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
         shape.clear(), corners.clear(), edges.clear(), fresh.clear();
         const chart_outlines& outlines = flat.outlines;
         for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
-            const std::int32_t loop_start = static_cast<std::int32_t>(shape.points.size());
-            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[static_cast<std::size_t>(l) + 1]; ++s) {
+            const std::int32_t loop_start = shape.points.count();
+            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[l + 1]; ++s) {
                 const outline_step step = outlines.steps[s];
                 const std::span<const std::int32_t> kept = boundary.corners(step.piece);
                 const std::size_t last = kept.size() - 1;
@@ -77,13 +78,13 @@ struct chart_polygon {
             }
             shape.next.back() = loop_start;
         }
-        shape.outline_count = static_cast<std::int32_t>(shape.points.size());
+        shape.outline_count = shape.points.count();
     }
 
-    void add_studs(const flat_mesh& flat, const chart& box, std::size_t chart_index) {
+    void add_studs(const flat_mesh& flat, const chart& box, std::int32_t chart_index) {
         const stud_set& studs = flat.studs;
         for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
-            const std::int32_t end = studs.first_vertex[static_cast<std::size_t>(s) + 1];
+            const std::int32_t end = studs.first_vertex[s + 1];
             for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
             shape.next.back() = -1;
         }
@@ -92,7 +93,7 @@ struct chart_polygon {
 private:
     void add(const outline_corner& corner, const chart& box) {
         shape.points.push_back({corner.x - box.x, corner.y - box.y});
-        shape.next.push_back(static_cast<std::int32_t>(shape.points.size()));
+        shape.next.push_back(shape.points.count());
     }
 };
 
@@ -104,7 +105,7 @@ public:
 
     /// Puts the edges that must be split for the outline of chart c not to cross itself into `to_split`. With `only_fresh` it is
     /// known that edges that are not from the last split don't cross each other.
-    void find_crossings(std::size_t c, bool only_fresh, buffer<boundary_split>& to_split) {
+    void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
@@ -132,13 +133,13 @@ public:
     }
 
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
-    void triangulate(std::size_t c, buffer<boundary_split>& to_split) {
+    void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
         outline_.assign(flat_, boundary_, charts_.charts[c], c);
         outline_.add_studs(flat_, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
-            // Where that is not enough the cause lies elsewhere in the chart.
+            // If that is not enough, the cause lies elsewhere in the chart.
             for (std::int32_t v = 0, all = to_split.empty() ? outline_.shape.outline_count : 0; v < all; ++v) blame(v, to_split);
             if (to_split.empty())
                 raise(error_code::mismatch, "build_mesh", "charts with at most one pixel at a position",
@@ -182,8 +183,8 @@ private:
         if (first < last) to_split.push_back({e, boundary_.farthest_left_out(e)});
     }
 
-    /// Where the outline runs back along itself (charts may have slits), both sides must keep the same corners: splits each of
-    /// two edges at the ends of the other. Returns false if neither passes the other's ends.
+    /// Splits each of two edges at the ends of the other: if the outline runs back along itself, because the chart has a slit,
+    /// both sides must keep the same corners. Returns false if neither passes the other's ends.
     bool align(std::int32_t v, std::int32_t w, buffer<boundary_split>& to_split) const {
         bool aligned = false;
         for (const auto& [edge, other] : {std::pair{v, w}, std::pair{w, v}}) {
@@ -212,70 +213,86 @@ private:
     buffer<std::int32_t> stack_;
 };
 
-}  // namespace detail
+/// Splits simplified outlines until none crosses itself and every chart can be triangulated.
+template <class Executor>
+class outline_repair {
+public:
+    outline_repair(flat_mesh& flat, simplified_boundary& boundary, const chart_set& charts, Executor& threads)
+        : flat_(flat), boundary_(boundary), charts_(charts), threads_(threads), to_split_(charts.charts.size()) {}
 
-template <executor Executor>
-flat_mesh build_flat_mesh(const graph& g, std::span<const float> disparity, const chart_set& charts, const depth_range& range,
-                          const mesh_options& options, Executor& threads) {
-    if (!(options.outlines.tolerance < static_cast<float>(options.studs.clearance)))
-        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
-              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
-    flat_mesh flat;
-    flat.outlines = trace_outlines(g, disparity, charts);
-    flat.studs = make_studs(g, disparity, charts, flat.outlines, options.studs, range);
-    simplified_boundary boundary(flat.outlines, options.outlines, range);
-    const std::size_t count = charts.charts.size();
-    flat.charts.resize(count);
-    buffer<buffer<boundary_split>> to_split(count);
-
-    const auto for_charts = [&](const buffer<std::int32_t>& indices, auto&& function) {
-        parallel_for(threads, indices.size(), 8, [&](std::size_t first, std::size_t last) {
-            detail::chart_mesher mesher(flat, boundary, charts);
-            for (std::size_t i = first; i < last; ++i) function(mesher, static_cast<std::size_t>(indices[i]));
-        });
-    };
-    const auto sort_unique = [](auto& values) {
-        std::sort(values.begin(), values.end());
-        values.erase(std::unique(values.begin(), values.end()), values.end());
-    };
-    // Splits what the charts in `indices` asked for, and returns the charts on both sides of it.
-    const auto split = [&](const buffer<std::int32_t>& indices) {
-        buffer<boundary_split> splits;
-        for (std::int32_t c : indices) {
-            const buffer<boundary_split>& from = to_split[c];
-            splits.insert(splits.end(), from.begin(), from.end());
+    /// Sets flat.charts. An outline, once simplified, can cross itself. Then the edges in question are split, and the charts on
+    /// both sides are checked again. Detailed outlines never cross, so this ends. The triangulation has the last word, but it
+    /// stops at the first conflict, so most crossings are found and repaired before.
+    void triangulate_all() {
+        buffer<std::int32_t> open;
+        for (std::int32_t c = 0; c < charts_.charts.count(); ++c) open.push_back(c);
+        buffer<std::int32_t> pending = open;
+        for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
+            while (!open.empty()) {
+                for_each_chart(open,
+                               [&](chart_mesher& mesher, std::int32_t c) { mesher.find_crossings(c, only_fresh, to_split_[c]); });
+                open = split(open);
+                only_fresh = true;
+                pending.insert(pending.end(), open.begin(), open.end());
+            }
+            sort_unique(pending);
+            for_each_chart(pending, [&](chart_mesher& mesher, std::int32_t c) { mesher.triangulate(c, to_split_[c]); });
+            open = split(pending);
+            pending = open;
         }
+    }
+
+private:
+    template <class Function>
+    void for_each_chart(const buffer<std::int32_t>& indices, Function&& function) {
+        parallel_for(threads_, indices.size(), 8, [&](std::size_t first, std::size_t last) {
+            chart_mesher mesher(flat_, boundary_, charts_);
+            for (std::size_t i = first; i < last; ++i) function(mesher, indices[i]);
+        });
+    }
+
+    /// Makes the splits that the charts in `indices` asked for, and returns the charts on both sides of them.
+    buffer<std::int32_t> split(const buffer<std::int32_t>& indices) {
+        buffer<boundary_split> splits;
+        for (std::int32_t c : indices) splits.insert(splits.end(), to_split_[c].begin(), to_split_[c].end());
         sort_unique(splits);
-        boundary.split(splits);
+        boundary_.split(splits);
         buffer<std::int32_t> touched;
         for (const boundary_split& s : splits) {
-            const boundary_piece& piece = flat.outlines.pieces[s.edge.piece];
+            const boundary_piece& piece = flat_.outlines.pieces[s.edge.piece];
             touched.push_back(piece.right_chart);
             if (piece.left_chart != no_chart) touched.push_back(piece.left_chart);
         }
         sort_unique(touched);
         return touched;
-    };
-
-    // Once simplified, an outline can cross itself. Then the edges in question are split, and the charts on both sides looked at
-    // again. Detailed outlines never cross, so this ends. The triangulation is what decides in the end, but as it stops at the
-    // first conflict, most are found and mended before.
-    buffer<std::int32_t> open(count);
-    for (std::size_t c = 0; c < count; ++c) open[c] = static_cast<std::int32_t>(c);
-    buffer<std::int32_t> pending = open;
-    for (bool only_fresh = false; !pending.empty(); only_fresh = true) {
-        while (!open.empty()) {
-            for_charts(open,
-                       [&](detail::chart_mesher& mesher, std::size_t c) { mesher.find_crossings(c, only_fresh, to_split[c]); });
-            open = split(open);
-            only_fresh = true;
-            pending.insert(pending.end(), open.begin(), open.end());
-        }
-        sort_unique(pending);
-        for_charts(pending, [&](detail::chart_mesher& mesher, std::size_t c) { mesher.triangulate(c, to_split[c]); });
-        open = split(pending);
-        pending = open;
     }
+
+    template <class T>
+    static void sort_unique(buffer<T>& values) {
+        std::sort(values.begin(), values.end());
+        values.erase(std::unique(values.begin(), values.end()), values.end());
+    }
+
+    flat_mesh& flat_;
+    simplified_boundary& boundary_;
+    const chart_set& charts_;
+    Executor& threads_;
+    buffer<buffer<boundary_split>> to_split_;
+};
+
+}  // namespace detail
+
+template <has_columns<disparity_column> Layers, executor Executor>
+flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options, Executor&& threads) {
+    if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
+        raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
+              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+    flat_mesh flat;
+    flat.outlines = trace_outlines(layers.topology, layers.template column<disparity_column>(), charts);
+    flat.studs = make_studs(layers, charts, flat.outlines, options.studs);
+    flat.charts.resize(charts.charts.size());
+    simplified_boundary boundary(flat.outlines, options.outlines, layers.range);
+    detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
     return flat;
 }
 

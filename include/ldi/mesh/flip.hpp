@@ -3,14 +3,14 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
-#include <ldi/mesh/triangulate.hpp>
+#include <ldi/mesh/polygon.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
@@ -18,23 +18,23 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
 
 namespace detail {
 
-constexpr std::size_t next_half_edge(std::size_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
 /// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
-inline void flip(triangulation& t, std::size_t h) {
-    const std::size_t m = static_cast<std::size_t>(t.mates[h]);
-    const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+inline void flip(triangulation& t, std::int32_t h) {
+    const std::int32_t m = t.mates[h];
+    const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
     // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
     t.triangles[h1] = t.triangles[m2];
     t.triangles[m1] = t.triangles[h2];
-    const auto connect = [&](std::size_t from, std::int32_t to) {
+    const auto connect = [&](std::int32_t from, std::int32_t to) {
         t.mates[from] = to;
-        if (to >= 0) t.mates[to] = static_cast<std::int32_t>(from);
+        if (to >= 0) t.mates[to] = from;
     };
     const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
     connect(h, beyond_ad);
     connect(m, beyond_bc);
-    connect(h1, static_cast<std::int32_t>(m1));
+    connect(h1, m1);
 }
 
 }  // namespace detail
@@ -42,20 +42,21 @@ inline void flip(triangulation& t, std::size_t h) {
 inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
     using detail::next_half_edge;
     stack.clear();
-    for (std::size_t h = 0; h < t.mates.size(); ++h)
-        if (t.mates[h] > static_cast<std::int32_t>(h)) stack.push_back(static_cast<std::int32_t>(h));
+    for (std::int32_t h = 0; h < t.mates.count(); ++h)
+        if (t.mates[h] > h) stack.push_back(h);
     std::int32_t extent = 1;
     for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
     int shift = 0;  // keeps products of four coordinate differences within 64 bits
     for (; extent > 1 << 14; extent >>= 1) ++shift;
     shift *= 2;
-    std::size_t flips_left = 64 * t.triangles.size();  // flips with shifted angles are not sure to end by themselves
+    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    std::size_t flips_left = 64 * t.triangles.size();
     while (!stack.empty() && flips_left > 0) {
-        const std::size_t h = static_cast<std::size_t>(stack.back());
+        const std::int32_t h = stack.back();
         stack.pop_back();
         if (t.mates[h] < 0) continue;
-        const std::size_t m = static_cast<std::size_t>(t.mates[h]);
-        const std::size_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+        const std::int32_t m = t.mates[h];
+        const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
         const lattice_point a = points[t.triangles[h]], b = points[t.triangles[h1]], c = points[t.triangles[h2]],
                             d = points[t.triangles[m2]];
         const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
@@ -66,13 +67,10 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
         const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
         if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
         // Only a strictly convex quadrilateral has another diagonal.
-        const auto turn = [](lattice_point p, lattice_point q, lattice_point r) {
-            return std::int64_t{q.x - p.x} * (r.y - q.y) - std::int64_t{q.y - p.y} * (r.x - q.x);
-        };
-        if (turn(c, a, d) >= 0 || turn(d, b, c) >= 0) continue;
+        if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
         detail::flip(t, h);
         --flips_left;
-        for (std::size_t side : {h, h2, m, m2}) stack.push_back(static_cast<std::int32_t>(side));
+        for (std::int32_t side : {h, h2, m, m2}) stack.push_back(side);
     }
 }
 

@@ -11,13 +11,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What lies beyond a silhouette or the border of the photo.
+/// Stands for the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
 
 /// A point between pixels. Corners of linked pixels at one lattice point are one corner, whatever chart the pixels belong to.
@@ -68,20 +67,11 @@ namespace detail {
 class outline_tracer {
 public:
     outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
-        : g_(g), disparity_(disparity), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
+        : g_(g), disparity_(disparity.data()), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
         buffer<std::uint8_t>& sides = result_.boundary_sides;
-        buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
-        boundary_pixels.reserve(sides.size() / 16);
-        for (std::size_t i = 0; i < sides.size(); ++i) {
-            std::uint64_t eight = 1;
-            if (i + sizeof eight <= sides.size()) std::memcpy(&eight, sides.data() + i, sizeof eight);
-            if (eight == 0)
-                i += sizeof eight - 1;
-            else if (sides[i] != 0)
-                boundary_pixels.push_back(static_cast<std::int32_t>(i));
-        }
+        const buffer<std::int32_t>& boundary_pixels = result_.boundary_pixels;
         result_.corners.reserve(boundary_pixels.size());
         for (std::int32_t pixel : boundary_pixels)
             for (int s = 0; s < 4; ++s)
@@ -94,53 +84,21 @@ public:
                   [](const junction& a, const junction& b) { return a.key != b.key ? a.key < b.key : a.slot < b.slot; });
         for (std::size_t j = 0; j < junctions_.size(); ++j) {
             if (j == 0 || junctions_[j].key != junctions_[j - 1].key) result_.corners.push_back(junctions_[j].corner);
-            const std::int32_t id = static_cast<std::int32_t>(result_.corners.size()) - 1;
+            const std::int32_t id = result_.corners.count() - 1;
             boundary_piece& piece = result_.pieces[junctions_[j].slot / 2];
             (junctions_[j].slot % 2 == 0 ? piece.start : piece.end) = id;
         }
     }
 
     void assemble_loops(std::size_t chart_count) {
-        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
-        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
-        first_sides.reserve(2 * ends_.size());
-        for (std::size_t p = 0; p < ends_.size(); ++p) {
-            const std::int32_t half = static_cast<std::int32_t>(2 * p);
-            first_sides.emplace_back(key(ends_[p].first), half);
-            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), half + 1);
-        }
-        std::sort(first_sides.begin(), first_sides.end());
-        const auto successor = [&](std::int32_t half) {
-            const piece_ends& e = ends_[half / 2];
-            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
-            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
-        };
-
-        struct loop {
-            std::int32_t chart, first, count;
-        };
         buffer<loop> loops;
         buffer<outline_step> steps;
-        buffer<std::uint8_t> used(2 * ends_.size(), 0);
-        for (const auto& [side, first_half] : first_sides) {
-            if (used[first_half]) continue;
-            const boundary_piece& piece = result_.pieces[first_half / 2];
-            loops.push_back(
-                {first_half % 2 == 0 ? piece.right_chart : piece.left_chart, static_cast<std::int32_t>(steps.size()), 0});
-            std::int32_t half = first_half;
-            do {
-                used[half] = 1;
-                steps.push_back({half / 2, half % 2 != 0});
-                half = successor(half);
-            } while (half != first_half);
-            loops.back().count = static_cast<std::int32_t>(steps.size()) - loops.back().first;
-        }
-
+        find_loops(loops, steps);
         stable_sort(loops, [](const loop& a, const loop& b) { return a.chart < b.chart; });
         result_.first_loop.assign(chart_count + 1, 0);
         result_.steps.reserve(steps.size());
         for (const loop& l : loops) {
-            result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+            result_.first_step.push_back(result_.steps.count());
             std::int64_t area = 0;
             for (std::int32_t s = l.first; s < l.first + l.count; ++s) {
                 const outline_step step = steps[s];
@@ -149,9 +107,9 @@ public:
                 result_.steps.push_back(step);
             }
             result_.loop_area.push_back(area);
-            ++result_.first_loop[static_cast<std::size_t>(l.chart) + 1];
+            ++result_.first_loop[l.chart + 1];
         }
-        result_.first_step.push_back(static_cast<std::int32_t>(result_.steps.size()));
+        result_.first_step.push_back(result_.steps.count());
         for (std::size_t c = 0; c < chart_count; ++c) result_.first_loop[c + 1] += result_.first_loop[c];
     }
 
@@ -166,29 +124,29 @@ private:
     };
     struct running_mean {
         float sum = 0, count = 0;
+        void add(float value) { sum += value, count += 1.0F; }
+        float value() const { return sum / count; }
+    };
+    struct loop {
+        std::int32_t chart, first, count;
     };
 
     static std::int64_t key(pixel_side e) { return std::int64_t{e.pixel} * 4 + e.side; }
-    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & (side_bit(e.side) << 4)) != 0; }
-    void set_traced(pixel_side e) {
-        std::uint8_t& byte = result_.boundary_sides[e.pixel];
-        byte = static_cast<std::uint8_t>(byte | (side_bit(e.side) << 4));
-    }
+    bool is_traced(pixel_side e) const { return (result_.boundary_sides[e.pixel] & side_bit(e.side + 4)) != 0; }
+    void set_traced(pixel_side e) { result_.boundary_sides[e.pixel] |= side_bit(e.side + 4); }
 
-    /// What lies across a boundary side: a chart, else a negative number that tells silhouettes and the photo's four borders
-    /// apart.
+    /// The chart across a boundary side, or else a negative number that tells silhouettes and the photo's four borders apart.
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];
-        const std::size_t i = static_cast<std::size_t>(e.pixel);
-        const bool on_border = e.side == 0   ? g_.y[i] == 0
-                               : e.side == 1 ? g_.x[i] == g_.width - 1
-                               : e.side == 2 ? g_.y[i] == g_.height - 1
-                                             : g_.x[i] == 0;
+        const bool on_border = e.side == 0   ? g_.y[e.pixel] == 0
+                               : e.side == 1 ? g_.x[e.pixel] == g_.width - 1
+                               : e.side == 2 ? g_.y[e.pixel] == g_.height - 1
+                                             : g_.x[e.pixel] == 0;
         return on_border ? -2 - e.side : no_chart;
     }
 
-    /// What a piece adds to the area of a loop that runs through it forward: what lies to the left of it.
+    /// The part of a loop's area that a piece adds if the loop runs through it forward: all that lies to the left of it.
     std::int64_t area_swept(const boundary_piece& piece) const {
         const outline_corner* before = &result_.corners[piece.start];
         std::int64_t area = 0;
@@ -201,25 +159,49 @@ private:
         return area;
     }
 
+    /// The loops of all charts, in no particular order, each with its steps one after the other.
+    void find_loops(buffer<loop>& loops, buffer<outline_step>& steps) const {
+        // A half is a piece in one direction: 2 * piece forward, 2 * piece + 1 backward. It is found by its first side.
+        buffer<std::pair<std::int64_t, std::int32_t>> first_sides;
+        first_sides.reserve(2 * ends_.size());
+        for (std::int32_t p = 0; p < ends_.count(); ++p) {
+            first_sides.emplace_back(key(ends_[p].first), 2 * p);
+            if (result_.pieces[p].left_chart != no_chart) first_sides.emplace_back(key(walk_.twin(ends_[p].last)), 2 * p + 1);
+        }
+        std::sort(first_sides.begin(), first_sides.end());
+        const auto successor = [&](std::int32_t half) {
+            const piece_ends& e = ends_[half / 2];
+            const pixel_side next = walk_.next(half % 2 == 0 ? e.last : walk_.twin(e.first));
+            return std::lower_bound(first_sides.begin(), first_sides.end(), std::pair(key(next), std::int32_t{0}))->second;
+        };
+        buffer<std::uint8_t> used(2 * ends_.size(), 0);
+        for (const auto& [side, first_half] : first_sides) {
+            if (used[first_half]) continue;
+            const boundary_piece& piece = result_.pieces[first_half / 2];
+            loops.push_back({first_half % 2 == 0 ? piece.right_chart : piece.left_chart, steps.count(), 0});
+            std::int32_t half = first_half;
+            do {
+                used[half] = 1;
+                steps.push_back({half / 2, half % 2 != 0});
+                half = successor(half);
+            } while (half != first_half);
+            loops.back().count = steps.count() - loops.back().first;
+        }
+    }
+
     void trace_piece(pixel_side seed) {
         const std::int32_t other = partner(seed);
-        const std::size_t seed_pixel = static_cast<std::size_t>(seed.pixel);
-        const auto corner_x = [&](int corner) { return g_.x[seed_pixel] + (corner == 1 || corner == 2 ? 1 : 0); };
-        const auto corner_y = [&](int corner) { return g_.y[seed_pixel] + (corner >= 2 ? 1 : 0); };
         const auto mark = [&](pixel_side e) {
             set_traced(e);
             if (other >= 0) set_traced(walk_.twin(e));
         };
         running_mean mean;
-        const auto visit = [&](std::int32_t pixel) {
-            mean.sum += disparity_[static_cast<std::size_t>(pixel)];
-            mean.count += 1.0F;
-        };
+        const auto visit = [&](std::int32_t pixel) { mean.add(disparity_[pixel]); };
 
         forward_.clear(), backward_.clear();
         bool closed = false;
         pixel_side last = seed;
-        std::int32_t x = corner_x(clockwise(seed.side)), y = corner_y(clockwise(seed.side));
+        std::int32_t x = corner_x(g_, seed.pixel, clockwise(seed.side)), y = corner_y(g_, seed.pixel, clockwise(seed.side));
         while (true) {
             mark(last);
             mean = {};
@@ -227,7 +209,7 @@ private:
             if (partner(following) != other) break;
             // The other side sees the same two sides in a row, or a third chart or a silhouette begins here.
             if (other >= 0 && !(walk_.next(walk_.twin(following), visit) == walk_.twin(last))) break;
-            forward_.push_back({x, y, mean.sum / mean.count});
+            forward_.push_back({x, y, mean.value()});
             last = following;
             if (last == seed) {
                 closed = true;
@@ -236,13 +218,13 @@ private:
             x += heading_x(last.side), y += heading_y(last.side);
         }
         pixel_side first = seed;
-        x = corner_x(seed.side), y = corner_y(seed.side);
+        x = corner_x(g_, seed.pixel, seed.side), y = corner_y(g_, seed.pixel, seed.side);
         while (!closed) {
             mean = {};
             const pixel_side preceding = walk_.previous(first, visit);
             if (partner(preceding) != other) break;
             if (other >= 0 && !(walk_.next(walk_.twin(first), visit) == walk_.twin(preceding))) break;
-            backward_.push_back({x, y, mean.sum / mean.count});
+            backward_.push_back({x, y, mean.value()});
             first = preceding;
             mark(first);
             x -= heading_x(first.side), y -= heading_y(first.side);
@@ -253,13 +235,13 @@ private:
     void add_piece(pixel_side seed, pixel_side first, pixel_side last, std::int32_t other, bool closed) {
         buffer<outline_corner>& corners = result_.corners;
         boundary_piece piece{chart_of_[seed.pixel], other < 0 ? no_chart : other, 0, 0, 0, 0};
-        piece.first_inner = static_cast<std::int32_t>(corners.size());
+        piece.first_inner = corners.count();
         corners.insert(corners.end(), std::reverse_iterator(backward_.end()), std::reverse_iterator(backward_.begin()));
         corners.insert(corners.end(), forward_.begin(), forward_.end());
         const std::size_t index = result_.pieces.size();
-        piece.inner_count = static_cast<std::int32_t>(corners.size()) - piece.first_inner - (closed ? 1 : 0);
+        piece.inner_count = corners.count() - piece.first_inner - (closed ? 1 : 0);
         if (closed) {
-            piece.start = piece.end = static_cast<std::int32_t>(corners.size()) - 1;
+            piece.start = piece.end = corners.count() - 1;
         } else {
             add_junction(first.pixel, first.side, 2 * index);
             add_junction(last.pixel, clockwise(last.side), 2 * index + 1);
@@ -270,17 +252,14 @@ private:
 
     void add_junction(std::int32_t pixel, int corner, std::size_t slot) {
         running_mean mean;
-        const pixel_corner first = walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) {
-            mean.sum += disparity_[static_cast<std::size_t>(member)];
-            mean.count += 1.0F;
-        });
-        const std::size_t i = static_cast<std::size_t>(pixel);
-        const std::int32_t x = g_.x[i] + (corner == 1 || corner == 2 ? 1 : 0), y = g_.y[i] + (corner >= 2 ? 1 : 0);
-        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, {x, y, mean.sum / mean.count}});
+        const pixel_corner first =
+            walk_.visit_corner_class({pixel, corner}, [&](std::int32_t member) { mean.add(disparity_[member]); });
+        const outline_corner at{corner_x(g_, pixel, corner), corner_y(g_, pixel, corner), mean.value()};
+        junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, at});
     }
 
     const graph& g_;
-    std::span<const float> disparity_;
+    const float* disparity_;
     const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
     boundary_walker walk_;
@@ -295,6 +274,7 @@ inline chart_outlines trace_outlines(const graph& g, std::span<const float> disp
     LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
+    result.boundary_pixels = detail::pixels_with_boundary(result.boundary_sides);
     detail::outline_tracer tracer(g, disparity, charts, result);
     tracer.trace_pieces();
     tracer.unite_junctions();

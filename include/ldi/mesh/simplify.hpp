@@ -4,6 +4,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/mesh/outlines.hpp>
 
@@ -16,15 +17,15 @@
 #include <string>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct simplify_options {
-    /// How far, in pixels, a corner may lie from the simplified boundary. 0 only drops corners inside straight stretches.
+    /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
     float tolerance = 1.0F;
-    /// How far the disparity of a corner may be from that of the simplified boundary: a shared boundary bends where its surface
-    /// does.
+    /// Largest difference between the disparity of a corner and that of the simplified boundary: a shared boundary bends where
+    /// its surface does.
     float disparity_tolerance = 0.01F;
-    /// How far, in pixels, an edge may shift the texture along it when it is drawn (depth_range::texture_shift).
+    /// Largest shift of the texture along an edge when it is drawn, in pixels (depth_range::texture_shift).
     float texture_tolerance = 0.5F;
 };
 
@@ -47,7 +48,7 @@ struct boundary_split {
     friend bool operator==(const boundary_split&, const boundary_split&) = default;
 };
 
-/// What is left of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
+/// The rest of every piece: indices of corners, from the start of the piece to its end, both included. Single edges can be
 /// split where a simplified outline would cross itself.
 class simplified_boundary {
 public:
@@ -55,8 +56,8 @@ public:
     simplified_boundary(const chart_outlines& outlines, const simplify_options& options, const depth_range& depths = {});
 
     std::span<const std::int32_t> corners(std::int32_t piece) const {
-        const stretch& r = stretches_[piece];
-        return {kept_.data() + r.first, r.count};
+        const std::int32_t* const first = kept_.data() + stretches_[piece].first;
+        return {first, first + stretches_[piece].count};
     }
 
     /// The corners that an edge leaves out: all indices from `first` to before `second`.
@@ -71,12 +72,12 @@ public:
     /// Whether an edge came from the last split.
     bool is_fresh(boundary_edge edge) const {
         const stretch& r = stretches_[edge.piece];
-        return r.split == splits_ && fresh_[r.first + static_cast<std::size_t>(edge.index)] != 0;
+        return r.split == splits_ && fresh_[r.first + edge.index] != 0;
     }
 
 private:
     struct stretch {
-        std::size_t first, count;
+        std::int32_t first, count;
         std::int32_t split;  ///< number of the split that made it
     };
 
@@ -93,27 +94,27 @@ namespace detail {
 /// Marks what Douglas-Peucker keeps of a polyline, its ends included. A corner's error is its distance to the segment in units of
 /// the tolerance, or that of its disparity in units of the other, whichever is larger. A segment without such errors that shifts
 /// the texture too far is cut in the middle.
-inline void douglas_peucker(std::span<const outline_corner> points, const simplify_options& options, const depth_range& range,
+inline void douglas_peucker(const buffer<outline_corner>& points, const simplify_options& options, const depth_range& range,
                             buffer<std::uint8_t>& keep, buffer<std::pair<std::int32_t, std::int32_t>>& stack) {
     keep.assign(points.size(), 0);
     keep.front() = keep.back() = 1;
     // A tolerance of zero still lets go of points on the segment itself, to within the rounding of the arithmetic below.
     const float inverse_tolerance = 1.0F / (std::max)(options.tolerance, 1e-3F);
     const float inverse_disparity_tolerance = 1.0F / (std::max)(options.disparity_tolerance, 1e-6F);
-    stack.assign(1, {0, static_cast<std::int32_t>(points.size()) - 1});
+    stack.assign(1, {0, points.count() - 1});
     while (!stack.empty()) {
         const auto [first, last] = stack.back();
         stack.pop_back();
         if (last - first < 2) continue;
-        const outline_corner a = points[static_cast<std::size_t>(first)], b = points[static_cast<std::size_t>(last)];
-        const float dx = static_cast<float>(b.x - a.x), dy = static_cast<float>(b.y - a.y), dd = b.disparity - a.disparity;
+        const outline_corner a = points[first], b = points[last];
+        const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), dd = b.disparity - a.disparity;
         const float squared_length = dx * dx + dy * dy;
         const float inverse_length = squared_length > 0 ? 1.0F / squared_length : 0.0F;
         float worst = 1.0F;
         std::int32_t split = -1;
         for (std::int32_t i = first + 1; i < last; ++i) {
-            const outline_corner& p = points[static_cast<std::size_t>(i)];
-            const float px = static_cast<float>(p.x - a.x), py = static_cast<float>(p.y - a.y);
+            const outline_corner& p = points[i];
+            const float px = nearest_float(p.x - a.x), py = nearest_float(p.y - a.y);
             const float along = std::clamp((px * dx + py * dy) * inverse_length, 0.0F, 1.0F);
             const float ex = (px - along * dx) * inverse_tolerance, ey = (py - along * dy) * inverse_tolerance;
             const float ed = (p.disparity - a.disparity - along * dd) * inverse_disparity_tolerance;
@@ -148,28 +149,29 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
         points.insert(points.end(), inner, inner + p.inner_count);
         points.push_back(corner(p.end));
         detail::douglas_peucker(points, options, depths, keep, stack);
-        const std::size_t first = kept_.size();
+        const std::int32_t first = kept_.count();
         kept_.push_back(p.start);
         for (std::int32_t i = 0; i < p.inner_count; ++i)
-            if (keep[static_cast<std::size_t>(i) + 1] != 0) kept_.push_back(p.first_inner + i);
+            if (keep[i + 1] != 0) kept_.push_back(p.first_inner + i);
         kept_.push_back(p.end);
-        stretches_.push_back({first, kept_.size() - first, 0});
+        stretches_.push_back({first, kept_.count() - first, 0});
     }
     fresh_.assign(kept_.size(), 1);
 }
 
 inline std::pair<std::int32_t, std::int32_t> simplified_boundary::left_out(boundary_edge edge) const {
     const boundary_piece& p = outlines_.pieces[edge.piece];
-    const std::span<const std::int32_t> kept = corners(edge.piece);
-    const std::size_t i = static_cast<std::size_t>(edge.index);
-    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == kept.size() ? p.first_inner + p.inner_count : kept[i + 1]};
+    const stretch& r = stretches_[edge.piece];
+    const std::int32_t* const kept = kept_.data() + r.first;
+    const std::int32_t i = edge.index;
+    return {i == 0 ? p.first_inner : kept[i] + 1, i + 2 == r.count ? p.first_inner + p.inner_count : kept[i + 1]};
 }
 
 inline std::int32_t simplified_boundary::farthest_left_out(boundary_edge edge) const {
     const auto [first, last] = left_out(edge);
     LDI_ASSERT(first < last);
-    const std::size_t i = static_cast<std::size_t>(edge.index);
-    const outline_corner &a = corner(corners(edge.piece)[i]), &b = corner(corners(edge.piece)[i + 1]);
+    const std::int32_t at = stretches_[edge.piece].first + edge.index;
+    const outline_corner &a = corner(kept_[at]), &b = corner(kept_[at + 1]);
     const std::int64_t dx = b.x - a.x, dy = b.y - a.y;
     // Corners on the edge itself are all equally far; then the middle one is as good as any.
     std::int32_t farthest = first + (last - first) / 2;
@@ -186,16 +188,17 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
     ++splits_;
     for (std::size_t s = 0; s < splits.size();) {
         const std::int32_t piece = splits[s].edge.piece;
-        const std::size_t first_kept = kept_.size(), count = corners(piece).size();
-        for (std::size_t i = 0; i < count; ++i) {
-            kept_.push_back(corners(piece)[i]), fresh_.push_back(0);
-            const boundary_edge edge{piece, static_cast<std::int32_t>(i)};
+        const stretch before = stretches_[piece];
+        const std::int32_t first_kept = kept_.count();
+        for (std::int32_t i = 0; i < before.count; ++i) {
+            kept_.push_back(kept_[before.first + i]), fresh_.push_back(0);
+            const boundary_edge edge{piece, i};
             for (; s < splits.size() && splits[s].edge == edge; ++s) {
                 fresh_.back() = 1;
                 kept_.push_back(splits[s].corner), fresh_.push_back(1);
             }
         }
-        stretches_[piece] = {first_kept, kept_.size() - first_kept, splits_};
+        stretches_[piece] = {first_kept, kept_.count() - first_kept, splits_};
     }
 }
 

@@ -1,4 +1,4 @@
-// What the way from photo to 3D photo ends in: one mesh with one texture.
+// The result of the whole way from photo to 3D photo: one mesh with one texture.
 #pragma once
 
 #include <ldi/base/memory.hpp>
@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {

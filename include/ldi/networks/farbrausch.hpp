@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -15,10 +16,10 @@
 #include <ldi/networks/detail/smooth_fills.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,7 +28,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
@@ -39,7 +40,7 @@ public:
     /// kind     what it computes with; best_arithmetic() is one that is always there
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
-    /// Errors: mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
+    /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
     /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
     /// not have.
     explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
@@ -60,7 +61,7 @@ public:
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
     /// blue, in [0, 1] as it learned them.
     ///
-    /// wanted  one a pixel; not 0 wherever known_column is 0
+    /// wanted  K, one per pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
@@ -72,22 +73,7 @@ private:
     static constexpr std::size_t input_channels = 4, output_channels = 3;
     static constexpr const char* stage_name = "color inpainting";
 
-    /// Rows of channels; not set to zero first.
-    template <class Value>
-    struct feature_map {
-        std::size_t channels = 0, count = 0;
-        Value zero = {};
-        buffer<Value> values;
-
-        feature_map() = default;
-        feature_map(std::size_t rows, std::size_t channel_count, Value stands_for_zero)
-            : channels(channel_count), count(rows * channel_count), zero(stands_for_zero), values(count, unset) {}
-        std::span<Value> span() { return values; }
-        std::span<const Value> span() const { return values; }
-    };
-
     std::size_t depth() const { return architecture_.channels.size(); }
-    std::size_t skip_channels(std::size_t level) const { return level == 0 ? input_channels : architecture_.channels[level - 1]; }
 
     /// The last layer's results: what is added to the fills.
     template <class Weights, executor Executor, class Report>
@@ -140,39 +126,38 @@ template <class Weights, executor Executor, class Report>
 buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
                                       buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
-    using source = basic_convolution_source<value_type>;
-    buffer<feature_map<value_type>> encoded(depth() + 1);
+    using source = basic_feature_view<value_type>;
+    using features = basic_feature_map<value_type>;
+    buffer<features> encoded(depth() + 1);
     if constexpr (!std::is_same_v<value_type, float>) {
-        encoded[0] = {levels[0].read.size(), input_channels, layers.input.zero()};
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.data(), layers.input);
+        encoded[0] = features(levels[0].read.size(), input_channels, layers.input.zero());
+        std::transform(input.values().begin(), input.values().end(), encoded[0].values.begin(), layers.input);
         input = {};
     }
-    const auto read = [&](std::size_t level) {
+    const auto read = [&](std::size_t level) -> source {
         if constexpr (std::is_same_v<value_type, float>)
-            if (level == 0) return source{input.values(), input_channels, {}, {}};
-        return source{std::as_const(encoded[level]).span(), skip_channels(level), {}, {}, encoded[level].zero};
+            if (level == 0) return {input.values(), input_channels, {}, {}};
+        return encoded[level];
     };
     for (std::size_t i = 0; i < depth(); ++i) {
         const Weights& weights = layers.encoder[i];
-        encoded[i + 1] = {levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights)};
+        encoded[i + 1] = features(levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
         const source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].span(), {}, threads);
+        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].values, {}, threads);
         levels[i].encode = {};
         report();
     }
-    feature_map<value_type> coarser = std::move(encoded[depth()]);
+    features coarser = std::move(encoded[depth()]);
     buffer<float> result;
     for (std::size_t i = depth(); i-- > 0;) {
         const Weights& weights = layers.decoder[i];
-        const source sources[] = {{std::as_const(coarser).span(), coarser.channels, levels[i].decoded_above, {}, coarser.zero},
-                                  read(i)};
+        const source sources[] = {upsample(coarser, levels[i].decoded_above), read(i)};
         if (i == 0) {
             result.resize(levels[0].decoded.size() * output_channels);
             convolve_partially(levels[i].decode, weights, sources, result, {}, threads);
         } else {
-            feature_map<value_type> finer(levels[i].decoded.size(), weights.outputs,
-                                          detail::zero_of_results<value_type>(weights));
-            convolve_partially(levels[i].decode, weights, sources, finer.span(), {}, threads);
+            features finer(levels[i].decoded.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
+            convolve_partially(levels[i].decode, weights, sources, finer.values, {}, threads);
             coarser = std::move(finer);
         }
         encoded[i] = {};
@@ -186,13 +171,13 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
-    std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) { return static_cast<std::uint8_t>(k == 0); });
+    std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) -> std::uint8_t { return k == 0 ? 1 : 0; });
     const buffer<float> values = colors(layers, wanted, progress, threads);
     buffer<std::uint8_t>& color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
-            color[3 * i + c] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(values[next++], 0.0F, 1.0F)));
+            color[3 * i + c] = detail::rounded_to_byte(255.0F * values[next++]);
 }
 
 template <executor Executor>

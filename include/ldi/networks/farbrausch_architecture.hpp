@@ -1,4 +1,5 @@
-// What kind of inpainting network a file of weights holds (networks/farbrausch.hpp), and what it is to compute with.
+// The architecture of the inpainting network that a file of weights holds (networks/farbrausch.hpp), and the arithmetic to run it
+// in.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -12,9 +13,9 @@
 #include <string>
 #include <string_view>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What a file of weights says of its network; the defaults are the network that examples/training/farbrausch trains.
+/// The facts about a network that come with its weights; the defaults are the network that examples/training/farbrausch trains.
 struct farbrausch_architecture {
     buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
@@ -22,7 +23,7 @@ struct farbrausch_architecture {
     float leak = 0.2F;                                 ///< of the decoder's activation, below 0
 };
 
-/// What a network computes with. Colors that were inpainted differ from those in float32 by less than can be seen:
+/// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
 /// bench/README.md has figures.
 enum class arithmetic {
     float32,

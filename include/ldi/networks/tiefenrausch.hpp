@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
@@ -21,9 +22,9 @@
 #include <span>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// What a depth network's result stands for.
+/// The meaning of a depth network's result.
 enum class network_output {
     log_disparity,  ///< its logarithm, as the published network: known up to a factor of disparity
     disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
@@ -113,7 +114,7 @@ public:
         return disparity_of(levels(resize_for_network(photo, threads), threads, report));
     }
 
-    /// What the values of levels() stand for, same shape.
+    /// The disparities that the values of levels() stand for, same shape.
     image<float> disparity_of(const image<std::uint8_t>& levels) const {
         const std::array<float, 256> table = disparity_table();
         image<float> result(levels.height(), levels.width(), levels.channels(), unset);
@@ -126,9 +127,8 @@ public:
         const quantization q = network_.input_quantization();
         std::array<std::uint8_t, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const float steps = static_cast<float>(i) / 255.0F / q.scale;
-            table[i] =
-                static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + static_cast<float>(q.zero_point), 0.0F, 255.0F));
+            const float steps = detail::nearest_float(i) / 255.0F / q.scale;
+            table[i] = static_cast<std::uint8_t>(std::clamp(std::nearbyint(steps) + q.zero_point, 0.0F, 255.0F));
         }
         image<std::uint8_t> result(rgb.height(), rgb.width(), rgb.channels(), unset);
         std::transform(rgb.data(), rgb.data() + rgb.size(), result.data(), [&](std::uint8_t v) { return table[v]; });
@@ -154,13 +154,12 @@ private:
                   std::to_string(rgb.height()) + " x " + std::to_string(rgb.width()) + " x " + std::to_string(rgb.channels()));
     }
 
-    /// What each 8-bit result of the network stands for. No disparity is 0 or less: that of a step's half stands for all of
-    /// these.
+    /// The disparity that each 8-bit result of the network stands for. None is 0 or less: half a step stands for all of these.
     std::array<float, 256> disparity_table() const {
         const quantization q = level_quantization();
         std::array<float, 256> table{};
         for (std::size_t i = 0; i < table.size(); ++i) {
-            const float value = static_cast<float>(static_cast<int>(i) - int{q.zero_point}) * q.scale;
+            const float value = (detail::nearest_float(i) - q.zero_point) * q.scale;
             table[i] = output_ == network_output::log_disparity ? detail::exponential(value) : (std::max)(value, q.scale / 2);
         }
         return table;

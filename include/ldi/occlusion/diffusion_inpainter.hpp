@@ -3,16 +3,15 @@
 #pragma once
 
 #include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp).
 struct diffusion_inpainter {
@@ -29,8 +28,7 @@ struct diffusion_inpainter {
             [&] { progress.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
                 for (std::size_t c = 0; c < 3; ++c)
-                    layers.template at<color_column>(pixel)[c] =
-                        static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
+                    layers.template at<color_column>(pixel)[c] = detail::rounded_to_byte(color[c]);
             });
     }
 };

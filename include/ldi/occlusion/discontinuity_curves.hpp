@@ -6,6 +6,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 
 #include <algorithm>
@@ -13,10 +14,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
     /// Curves shorter than this, in pixel sides, are spurious and dropped: nothing grows behind them, and
@@ -44,7 +44,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one an end
+    buffer<growth_constraint> constraints;  ///< at most one per end
     bool is_closed = false;
 };
 
@@ -54,15 +54,15 @@ namespace detail::curves {
 class corner_map {
 public:
     explicit corner_map(const graph& g) : stride_(g.width + 1), width_(g.width), height_(g.height) {
-        present_.assign(static_cast<std::size_t>(stride_) * (static_cast<std::size_t>(g.height) + 1), 0);
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
     }
 
     void add(std::int32_t corner, side towards) {
-        if (present_[index(corner)] == 0) used_.push_back(corner);
-        present_[index(corner)] |= bit(towards);
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(towards);
         const std::int32_t other = next(corner, towards);
-        if (present_[index(other)] == 0) used_.push_back(other);
-        present_[index(other)] |= bit(opposite(towards));
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(towards));
     }
 
     const buffer<std::int32_t>& used() const { return used_; }
@@ -70,7 +70,7 @@ public:
     std::int32_t x(std::int32_t c) const { return c % stride_; }
     std::int32_t y(std::int32_t c) const { return c / stride_; }
     std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[index(c)] & bit(towards)) != 0; }
+    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
     bool on_border(std::int32_t c) const { return x(c) == 0 || y(c) == 0 || x(c) == width_ || y(c) == height_; }
     int degree(std::int32_t c) const {
         int count = 0;
@@ -78,12 +78,12 @@ public:
         return count;
     }
     void remove(std::int32_t c, side towards) {
-        present_[index(c)] &= static_cast<std::uint8_t>(~bit(towards));
-        present_[index(next(c, towards))] &= static_cast<std::uint8_t>(~bit(opposite(towards)));
+        LDI_ASSERT(has(c, towards));
+        present_[c] ^= bit(towards);
+        present_[next(c, towards)] ^= bit(opposite(towards));
     }
 
 private:
-    static std::size_t index(std::int32_t c) { return static_cast<std::size_t>(c); }
     static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
 
     std::int32_t stride_, width_, height_;
@@ -100,14 +100,14 @@ struct trace {
 
 class tracer {
 public:
-    tracer(const graph& g, std::span<const float> disparity) : graph_(g), disparity_(disparity), all_(g) {
+    tracer(const graph& g, const buffer<float>& disparity) : graph_(g), disparity_(disparity), all_(g) {
         for (std::int32_t y = 0; y < g.height; ++y) {
-            const std::size_t start = static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width);
+            const std::int32_t start = y * g.width;
             for (std::int32_t x = 0; x + 1 < g.width; ++x)
-                if (g.right[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
+                if (g.right[start + x] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
             if (y + 1 == g.height) break;
             for (std::int32_t x = 0; x < g.width; ++x)
-                if (g.down[start + static_cast<std::size_t>(x)] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
+                if (g.down[start + x] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
         }
     }
 
@@ -126,8 +126,8 @@ public:
 
     const corner_map& corners() const { return all_; }
 
-    // The pixels round a corner that is not on the border.
-    std::array<std::int32_t, 4> pixels_round(std::int32_t corner) const {
+    // The pixels around a corner that is not on the border.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
         const std::int32_t below_right = all_.y(corner) * graph_.width + all_.x(corner);
         return {below_right - graph_.width - 1, below_right - graph_.width, below_right - 1, below_right};
     }
@@ -159,13 +159,12 @@ private:
                            y = all_.y(corner) - (towards == side::up ? 1 : 0);
         const std::int32_t second = y * graph_.width + x, first = second - (vertical ? 1 : graph_.width);
         const side first_to_second = vertical ? side::right : side::down;
-        if (disparity_[static_cast<std::size_t>(first)] > disparity_[static_cast<std::size_t>(second)])
-            return {second, first, opposite(first_to_second)};
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
         return {first, second, first_to_second};
     }
 
     const graph& graph_;
-    std::span<const float> disparity_;
+    const buffer<float>& disparity_;
     corner_map all_;
 };
 
@@ -185,23 +184,22 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner)) return false;
         if (corners.degree(corner) == 1) return true;
         float farthest = disparity[last.back];
-        for (std::int32_t pixel : tracer.pixels_round(corner)) farthest = (std::min)(farthest, disparity[pixel]);
+        for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
         const std::size_t last = t.corners.size() - 1;
         const std::int32_t end = t.corners[at_start ? 0 : last], inner = t.corners[at_start ? length : last - length];
-        const float dx = static_cast<float>(corners.x(end) - corners.x(inner)),
-                    dy = static_cast<float>(corners.y(end) - corners.y(inner));
+        const float x = detail::nearest_float(corners.x(end)), dx = x - detail::nearest_float(corners.x(inner)),
+                    y = detail::nearest_float(corners.y(end)), dy = y - detail::nearest_float(corners.y(inner));
         const float norm = (std::max)(std::hypot(dx, dy), 1e-6F);
-        growth_constraint c{
-            static_cast<float>(corners.x(end)), static_cast<float>(corners.y(end)), dx / norm, dy / norm, -dy / norm, dx / norm};
+        growth_constraint c{x, y, dx / norm, dy / norm, -dy / norm, dx / norm};
         float towards_front = 0.0F;
         for (std::size_t i = 0; i < length; ++i) {
             const side s = t.sides[at_start ? i : t.sides.size() - 1 - i].towards_front;
             towards_front +=
-                c.perpendicular_x * static_cast<float>(step_x(s)) + c.perpendicular_y * static_cast<float>(step_y(s));
+                c.perpendicular_x * detail::nearest_float(step_x(s)) + c.perpendicular_y * detail::nearest_float(step_y(s));
         }
         if (towards_front < 0.0F) c.perpendicular_x = -c.perpendicular_x, c.perpendicular_y = -c.perpendicular_y;
         return c;

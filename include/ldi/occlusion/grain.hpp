@@ -1,7 +1,7 @@
-// Grain for what is inpainted. Of a color that can't be known an inpainter says the mean of what it might be, and that is
-// smooth: beside sand, leaves or film it shows as a blur. So noise is laid over it, as strong as what is fine in the photo
-// around; video codecs do the same ("film grain synthesis" of AV1). Where the photo is smooth, a sky, next to nothing is added.
-// Not in the paper.
+// Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
+// is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
+// photo around it; video codecs do the same ("film grain synthesis" of AV1). Next to nothing is added where the photo is smooth,
+// as in a sky. Not in the paper.
 //
 // The strength is measured near the known pixels next to unknown ones, a few pixels away from silhouettes, which lenses and JPEG
 // smear: how far a pixel's brightness is from the mean of its neighbors. It diffuses over the links of the layered image into
@@ -11,6 +11,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
@@ -22,13 +23,13 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct grain_options {
-    /// Standard deviation of the grain, relative to that of the photo's own around, were it noise; 0: none. Less than 1 looks
-    /// better: a photo's texture is not all noise.
+    /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
+    /// than 1 looks better, because a photo's texture is not all noise; 0.6 was chosen by eye.
     float strength = 0.6F;
-    /// The strongest noise around that counts, as a standard deviation, of 255: what is stronger is an edge.
+    /// Noise counts up to this standard deviation, in gray levels of 255: stronger detail is an edge.
     float limit = 20.0F;
     /// Gauss-Seidel rounds on each level of the diffusion.
     int rounds = 4;
@@ -43,8 +44,8 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
     h = (h ^ h >> 16) * 0x85EBCA6BU;
     h = (h ^ h >> 13) * 0xC2B2AE35U;
     h ^= h >> 16;
-    const float sum = static_cast<float>((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
-    return (sum - 510.0F) / 147.8F;
+    const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
+    return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
 
 /// The photo's grain at its known pixels.
@@ -70,12 +71,12 @@ public:
         return count > 0.0F ? std::abs(brightness(pixel) - sum / count) : 0.0F;
     }
 
-    /// What the squared mean of the roots of details is for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation,
-    /// which is that of a pixel less the mean of four, sqrt(1 + 1/4).
+    /// The squared mean of the roots of details for normal noise of deviation 1: (E |d|^0.5)^2 = 0.676 of d's deviation, which is
+    /// that of a pixel less the mean of four, sqrt(1 + 1/4).
     static constexpr float of_unit_noise = 0.756F;
 
 private:
-    static constexpr int smeared = 3;
+    static constexpr int smeared = 3;  // pixels; chosen by trial: wide enough for a lens and JPEG, narrow enough for small things
 
     std::int32_t known_neighbor(std::int32_t pixel, side s) const {
         const std::int32_t found = graph_.neighbor(pixel, s);
@@ -83,9 +84,8 @@ private:
     }
 
     float brightness(std::int32_t pixel) const {
-        const std::uint8_t* color = color_.data() + 3 * static_cast<std::ptrdiff_t>(pixel);
-        return 0.299F * static_cast<float>(color[0]) + 0.587F * static_cast<float>(color[1]) +
-               0.114F * static_cast<float>(color[2]);
+        const std::uint8_t* color = color_.data() + 3 * std::ptrdiff_t{pixel};
+        return 0.299F * color[0] + 0.587F * color[1] + 0.114F * color[2];
     }
 
     const graph& graph_;
@@ -105,7 +105,7 @@ inline void check_grain_option(const char* name, float value, float most) {
 ///
 /// layers  in canonical order, with a color everywhere
 ///
-/// Errors: invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
+/// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_grain_option("strength", options.strength, 100.0F);
@@ -118,16 +118,14 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
         g, layers.template column<known_column>(), options.rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = static_cast<std::uint8_t>(std::lround(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F))));
+            root = detail::rounded_to_byte(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F)));
             return &root;
         },
         [] {},
         [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
             const float part = diffused[0] / 255.0F;
-            const std::size_t i = static_cast<std::size_t>(pixel);
-            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[i], g.y[i]);
-            for (std::uint8_t& value : layers.template at<color_column>(pixel))
-                value = static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<float>(value) + grain, 0.0F, 255.0F)));
+            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[pixel], g.y[pixel]);
+            for (std::uint8_t& value : layers.template at<color_column>(pixel)) value = detail::rounded_to_byte(value + grain);
         });
 }
 

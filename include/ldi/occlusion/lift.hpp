@@ -13,13 +13,41 @@
 #include <limits>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Sets the positions and links of the pixels of row y.
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph& g) {
+    const std::int32_t stride = g.width, start = y * stride;
+    const float* here = disparity.row(y);
+    const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
+    const float* below = y + 1 < g.height ? disparity.row(y + 1) : nullptr;
+    for (std::int32_t x = 0; x < stride; ++x) g.x[start + x] = x, g.y[start + x] = y;
+    const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
+        for (std::int32_t x = 0; x < stride; ++x)
+            links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
+    };
+    link_vertically(g.up.data() + start, above, -stride);
+    link_vertically(g.down.data() + start, below, stride);
+    std::int32_t* left = g.left.data() + start;
+    std::int32_t* right = g.right.data() + start;
+    left[0] = no_pixel;
+    for (std::int32_t x = 0; x + 1 < stride; ++x) {
+        const bool linked = surface.same_surface(here[x], here[x + 1]);
+        right[x] = linked ? start + x + 1 : no_pixel;
+        left[x + 1] = linked ? start + x : no_pixel;
+    }
+    right[stride - 1] = no_pixel;
+}
+
+}  // namespace detail
 
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
 /// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
-/// distances go from 1 to 10, until the caller says better. Raises error_code::mismatch if the images differ in size or have no
+/// distances go from 1 to 10, unless the caller knows better. Raises error_code::mismatch if the images differ in size or have no
 /// pixel, error_code::too_large if they have 2^31 or more.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
@@ -31,7 +59,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
               std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
                   " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
                   std::to_string(disparity.channels()));
-    if (rows > static_cast<std::size_t>((std::numeric_limits<std::int32_t>::max)()) / columns)
+    if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
     photo_layer layers;
@@ -49,34 +77,8 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
     }
     layers.column<known_column>().assign(rows * columns, 1);
 
-    const std::int32_t stride = g.width;
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
-        for (std::size_t y = first; y < last; ++y) {
-            const float* here = disparity.row(y);
-            const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
-            const float* below = y + 1 < rows ? disparity.row(y + 1) : nullptr;
-            const std::size_t start = y * columns;
-            const std::int32_t index = static_cast<std::int32_t>(start);
-            for (std::int32_t x = 0; x < stride; ++x) {
-                g.x[start + static_cast<std::size_t>(x)] = x;
-                g.y[start + static_cast<std::size_t>(x)] = static_cast<std::int32_t>(y);
-            }
-            const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
-                for (std::int32_t x = 0; x < stride; ++x)
-                    links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? index + x + step : no_pixel;
-            };
-            link_vertically(g.up.data() + start, above, -stride);
-            link_vertically(g.down.data() + start, below, stride);
-            std::int32_t* left = g.left.data() + start;
-            std::int32_t* right = g.right.data() + start;
-            left[0] = no_pixel;
-            for (std::int32_t x = 0; x + 1 < stride; ++x) {
-                const bool linked = surface.same_surface(here[x], here[x + 1]);
-                right[x] = linked ? index + x + 1 : no_pixel;
-                left[x + 1] = linked ? index + x : no_pixel;
-            }
-            right[stride - 1] = no_pixel;
-        }
+        for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     return layers;
 }

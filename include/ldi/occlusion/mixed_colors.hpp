@@ -9,13 +9,13 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct mixed_color_options {
-    /// How far from the silhouette the foreground's colors are refilled, in pixels.
+    /// The foreground's colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
-    /// How far from the silhouette the background's are. The paper marks the foreground only; without a margin here, what the
-    /// lens smeared over the background is what the hidden surface is continued with. One pixel costs nothing: seen from the
+    /// The background's colors are refilled within this many. The paper marks the foreground only. Without a margin here, the
+    /// hidden surface would be continued with what the lens smeared over the background. One pixel costs nothing: seen from the
     /// right camera, six stereo pairs measure 25.85 dB with it and 25.86 dB without; a second pixel costs 0.23 dB.
     int background_margin = 1;
 };
@@ -79,7 +79,7 @@ void mark_mixed_colors(single_layer<Columns...>& layers, const mixed_color_optio
         foreground.push_back(a_is_nearer ? a : b);
         background.push_back(a_is_nearer ? b : a);
     };
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     for (std::int32_t i = 0; i < count; ++i) {
         if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1);
         if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width);

@@ -1,6 +1,6 @@
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
-// (section "Occluded Surface Hallucination"); where nothing grows behind them they would gape as cracks and cut charts into
-// slivers, so the pixels on both sides are linked again and the mesh spans the step.
+// (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
+// slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
 #pragma once
 
 #include <ldi/base/memory.hpp>
@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// curves  those of its discontinuities that stay
 ///

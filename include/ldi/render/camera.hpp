@@ -1,11 +1,11 @@
-// Where a 3D photo is looked at from (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
+// The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
 #pragma once
 
 #include <ldi/core/camera.hpp>
 
 #include <array>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
 struct view {

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/render/camera.hpp>
+#include <ldi/render/motion.hpp>
 
 #include <algorithm>
 #include <array>
@@ -15,21 +17,23 @@
 #include <string>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
-    circle,      ///< round the photo's place, within its image plane, clockwise from the right; ends where it starts
+    circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
     swing,       ///< from the photo's place to the right, to the left and back
     zoom_in,     ///< from the photo's place towards the scene
     dolly_zoom,  ///< towards the scene, the lens widening so that what is in focus keeps its size
 };
 
+/// The defaults were chosen by eye: enough to see depth, not so much that what lies beyond the photo's border shows.
 struct path_options {
-    /// How far the nearest surface moves against what is in focus, at most, as a share of the photo's longer side.
-    float movement = 0.04F;
-    /// What stays in its place, in [0, 1].
+    /// Farthest that the camera goes (render/motion.hpp). Layers have hidden surfaces for layered_image::motion.
+    float motion = 0.08F;
+    /// Surfaces of this disparity stay in their place, in [0, 1].
     float focus_disparity = 0.5F;
-    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes; below 1.
+    /// zoom_in and dolly_zoom: the share of the distance to the nearest surface that the camera goes, unless `motion` ends it
+    /// before; below 1.
     float approach = 0.3F;
 };
 
@@ -37,7 +41,8 @@ struct path_options {
 /// height alone.
 view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target);
 
-/// Where a path has led at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of bounds.
+/// The view that a path has reached at `time`, from 0 at its start to 1 at its end. Raises invalid_option for options out of
+/// bounds.
 view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                   const path_options& options = {});
 
@@ -49,9 +54,10 @@ struct key_frame {
     float zoom = 1;                          ///< above 0: multiplies the photo's focal length
 };
 
-/// Where a smooth path through all key frames has led at `time`: the cubic that passes through each with the slope between its
-/// neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key frame, times
-/// do not rise, or a zoom is not above 0.
+/// The view that a smooth path through all key frames has reached at `time`: the cubic that passes through each with the slope
+/// between its neighbors (Catmull-Rom). Before the first and after the last it rests. Raises invalid_option if there is no key
+/// frame, times do not rise, or a zoom is not above 0. Positions that uncover too much are the caller's to draw back
+/// (within_motion).
 view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time);
 
 /// The part of the photo's picture, in the middle and of the same proportions, inside which none of the views sees past the
@@ -66,7 +72,7 @@ inline view framed(view from, float size) {
     return from;
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ------------------------------------------------------------------------------------------------------------------------
 
 namespace detail {
 
@@ -81,6 +87,13 @@ inline point3 cross(const point3& a, const point3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// How far a camera may go in a direction, up to `most`.
+inline float reach_within_motion(const std::array<float, 3>& direction, const pinhole_camera& camera, const depth_range& range,
+                                 float motion, float most) {
+    const auto [x, y, z] = within_motion({most * direction[0], most * direction[1], most * direction[2]}, camera, range, motion);
+    return std::hypot(x, y, z);
+}
+
 /// The value at `t` of the cubic over [0, 1] with the given ends and slopes (Hermite).
 inline float cubic(float first, float last, float slope_first, float slope_last, float t) {
     const float s = 1 - t;
@@ -91,7 +104,7 @@ inline float cubic(float first, float last, float slope_first, float slope_last,
 
 inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& position, const std::array<float, 3>& target) {
     detail::point3 back{};
-    for (std::size_t i = 0; i < 3; ++i) back[i] = static_cast<double>(position[i]) - static_cast<double>(target[i]);
+    for (std::size_t i = 0; i < 3; ++i) back[i] = double{position[i]} - target[i];
     LDI_ASSERT(back[0] != 0 || back[2] != 0);
     back = detail::normalized(back);
     const detail::point3 right = detail::normalized(detail::cross({0, 1, 0}, back));
@@ -99,29 +112,25 @@ inline view look_at(const pinhole_camera& camera, const std::array<float, 3>& po
     view result;
     result.camera = camera;
     result.position = position;
-    for (std::size_t i = 0; i < 3; ++i) {
-        result.rotation[3 * i] = static_cast<float>(right[i]);
-        result.rotation[3 * i + 1] = static_cast<float>(up[i]);
-        result.rotation[3 * i + 2] = static_cast<float>(back[i]);
-    }
+    const std::array<const detail::point3*, 3> axes{&right, &up, &back};
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t axis = 0; axis < 3; ++axis) result.rotation[3 * row + axis] = static_cast<float>((*axes[axis])[row]);
     return result;
 }
 
 inline view view_on_path(camera_path path, const pinhole_camera& camera, const depth_range& range, float time,
                          const path_options& options) {
-    if (!(options.movement >= 0 && options.movement <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
+    if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
         !(options.approach >= 0 && options.approach < 1))
-        raise(error_code::invalid_option, "path_options", "movement and focus in [0, 1], approach in [0, 1)",
-              std::to_string(options.movement) + ", " + std::to_string(options.focus_disparity) + ", " +
+        raise(error_code::invalid_option, "path_options", "motion and focus in [0, 1], approach in [0, 1)",
+              std::to_string(options.motion) + ", " + std::to_string(options.focus_disparity) + ", " +
                   std::to_string(options.approach));
     const float focus = range.depth(options.focus_disparity);
-    const float longer = static_cast<float>((std::max)(camera.width, camera.height));
-    // The farther of the two extremes from the focus, in disparity, moves by `movement`.
-    const float parallax = (std::max)(std::abs(range.inverse_depth(1) - range.inverse_depth(options.focus_disparity)),
-                                      std::abs(range.inverse_depth(options.focus_disparity) - range.inverse_depth(0)));
-    const float radius = parallax > 0 ? options.movement * longer / (camera.focal_length * parallax) : 0;
+    const float radius = detail::reach_within_motion({1, 0, 0}, camera, range, options.motion, focus);
+    const float farthest_forward =
+        detail::reach_within_motion({0, 0, -1}, camera, range, options.motion, options.approach * range.z_near);
     const float angle = 6.28318530718F * time;
-    const float forward = options.approach * range.z_near * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
+    const float forward = farthest_forward * 0.5F * (1 - std::cos(0.5F * angle));  // sets off and stops gently
     const std::array<float, 3> target{0, 0, -focus};
     switch (path) {
         case camera_path::circle: return look_at(camera, {radius * std::cos(angle), -radius * std::sin(angle), 0}, target);
@@ -165,12 +174,11 @@ inline view view_between(std::span<const key_frame> keys, const pinhole_camera& 
 }
 
 inline float frame_within(std::span<const view> views, const pinhole_camera& camera, const depth_range& range) {
-    const float w = static_cast<float>(camera.width), h = static_cast<float>(camera.height);
+    const float w = detail::nearest_float(camera.width), h = detail::nearest_float(camera.height);
     // Whether (x, y) of a view shows a point of the photo if the surface there has this depth in the photo.
     const auto sees_photo = [&](const view& v, float x, float y, float depth) {
         const std::array<float, 3> ray =
-            v.direction_to_photo({(x - 0.5F * static_cast<float>(v.camera.width)),
-                                  (0.5F * static_cast<float>(v.camera.height) - y), -v.camera.focal_length});
+            v.direction_to_photo({x - v.camera.center_x(), v.camera.center_y() - y, -v.camera.focal_length});
         if (!(ray[2] < 0) || !(v.position[2] > -depth)) return false;
         const float scale = (-depth - v.position[2]) / ray[2];
         const std::array<float, 2> seen =
@@ -182,14 +190,13 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
             for (const float x : {-1.0F, 1.0F})
                 for (const float y : {-1.0F, 1.0F})
                     for (const float depth : {range.z_near, range.z_far})
-                        if (!sees_photo(v, 0.5F * static_cast<float>(v.camera.width) * (1 + size * x),
-                                        0.5F * static_cast<float>(v.camera.height) * (1 + size * y), depth))
+                        if (!sees_photo(v, v.camera.center_x() * (1 + size * x), v.camera.center_y() * (1 + size * y), depth))
                             return false;
         return true;
     };
     if (is_inside(1)) return 1;
     float inside = 0, outside = 1;
-    for (int step = 0; step < 20; ++step) {
+    for (int step = 0; step < 20; ++step) {  // to a millionth, the precision of a float
         const float middle = 0.5F * (inside + outside);
         (is_inside(middle) ? inside : outside) = middle;
     }

@@ -9,12 +9,9 @@
 #include <ldi/render/detail/pixel_squares.hpp>
 #include <ldi/render/rasterizer.hpp>
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
@@ -24,35 +21,25 @@ namespace ldi {
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
-template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor>
-rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                        const raster_options& options, Executor& threads) {
+template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
+rendering render_layers(const Layers& layers, const view& taken_from, const view& from, const raster_options& options = {},
+                        Executor&& threads = {}) {
     detail::check_raster_options(from, options);
-    const detail::pixel_squares squares(layers, taken_from, range, from, options.samples, options.z_near);
+    const detail::pixel_squares squares(layers, taken_from, from, options.samples, options.z_near);
     return detail::draw_in_bands(
-        from.camera, options, layers.size(),
-        [&](std::size_t i) {
+        from.camera, options, layers.topology.count(),
+        [&](std::int32_t i) {
             const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
             return squares.is_drawn(i) ? e : detail::vertical_extent{};
         },
-        [&](std::size_t i, detail::sample_band& band) {
-            const std::int32_t pixel = static_cast<std::int32_t>(i);
+        [&](std::int32_t pixel, detail::sample_band& band) {
             for (const side s : all_sides) {
                 detail::screen_triangle t = squares.triangle(pixel, s);
-                const std::int64_t area = detail::signed_area(t);
-                if (area == 0 || (area < 0 && !options.both_sides)) continue;
-                if (area < 0) std::swap(t[1], t[2]);
+                if (!detail::turn_clockwise(t, options.both_sides)) continue;
                 band.draw(t, [&](double u, double v) { return detail::color_within_pixel(layers, pixel, u, v); });
             }
         },
         threads);
-}
-
-template <has_columns<color_column, disparity_column, known_column> Layers>
-rendering render_layers(const Layers& layers, const view& taken_from, const depth_range& range, const view& from,
-                        const raster_options& options = {}) {
-    serial_executor serial;
-    return render_layers(layers, taken_from, range, from, options, serial);
 }
 
 }  // namespace ldi

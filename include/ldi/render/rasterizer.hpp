@@ -5,6 +5,7 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
@@ -17,8 +18,9 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
@@ -38,22 +40,16 @@ struct rendering {
 /// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
 /// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
 /// view (the larger side times samples may be 2^19).
-template <executor Executor>
+template <executor Executor = const serial_executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                    const raster_options& options, Executor& threads);
-
-inline rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                           const raster_options& options = {}) {
-    serial_executor serial;
-    return rasterize(mesh, texture, from, options, serial);
-}
+                    const raster_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
 inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
     const std::size_t count = mesh.vertex_count();
     if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates, 2 texture coordinates a vertex, 3 vertices a triangle",
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
               std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
                   std::to_string(mesh.triangles.size()) + " numbers");
     for (const std::uint32_t vertex : mesh.triangles)
@@ -85,17 +81,17 @@ inline void check_raster_options(const view& from, const raster_options& options
 
 /// u, v  texture coordinates
 inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
-    const double last_x = static_cast<double>(texture.width() - 1), last_y = static_cast<double>(texture.height() - 1);
+    const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
     const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
     const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
     const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
-    const float tx = static_cast<float>(x - static_cast<double>(x0)), ty = static_cast<float>(y - static_cast<double>(y0));
+    const float tx = static_cast<float>(x - nearest_double(x0)), ty = static_cast<float>(y - nearest_double(y0));
     const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
     std::array<std::uint8_t, 3> result{};
     for (std::size_t c = 0; c < 3; ++c) {
-        const float above = static_cast<float>(upper[3 * x0 + c]) * (1 - tx) + static_cast<float>(upper[3 * x1 + c]) * tx;
-        const float below = static_cast<float>(lower[3 * x0 + c]) * (1 - tx) + static_cast<float>(lower[3 * x1 + c]) * tx;
-        result[c] = static_cast<std::uint8_t>(above * (1 - ty) + below * ty + 0.5F);
+        const float above = upper[3 * x0 + c] * (1 - tx) + upper[3 * x1 + c] * tx;
+        const float below = lower[3 * x0 + c] * (1 - tx) + lower[3 * x1 + c] * tx;
+        result[c] = rounded_mean(above * (1 - ty) + below * ty);
     }
     return result;
 }
@@ -106,9 +102,10 @@ struct sample_band {
     buffer<float> inverse_depth;                          ///< 0 where nothing is
     buffer<std::array<std::uint8_t, 3>> color;
 
-    sample_band(std::int64_t first, std::int64_t last, std::int64_t samples_across, const std::array<std::uint8_t, 3>& background)
-        : first_row(first), last_row(last), width(samples_across) {
-        inverse_depth.assign(static_cast<std::size_t>((last - first) * width), 0.0F);
+    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across,
+                const std::array<std::uint8_t, 3>& background)
+        : first_row(rows.first), last_row(rows.second), width(samples_across) {
+        inverse_depth.assign(static_cast<std::size_t>((last_row - first_row) * width), 0.0F);
         color.assign(inverse_depth.size(), background);
     }
 
@@ -117,7 +114,7 @@ struct sample_band {
     void draw(const screen_triangle& t, Shade&& shade) {
         const screen_values values(t);
         for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            std::size_t i = static_cast<std::size_t>((y - first_row) * width + first);
+            std::int64_t i = (y - first_row) * width + first;
             for (std::int64_t x = first; x < last; ++x, ++i) {
                 const float here = static_cast<float>(values.inverse_depth(x, y));
                 if (here <= inverse_depth[i]) continue;
@@ -127,25 +124,24 @@ struct sample_band {
         });
     }
 
-    void resolve(std::int32_t samples, rendering& result) const {
-        const std::size_t n = static_cast<std::size_t>(samples), across = static_cast<std::size_t>(width);
-        const std::size_t first_y = static_cast<std::size_t>(first_row) / n, last_y = static_cast<std::size_t>(last_row) / n;
-        for (std::size_t y = first_y; y < last_y; ++y)
-            for (std::size_t x = 0; x < across / n; ++x) {
-                std::array<std::size_t, 3> sum{};
-                std::size_t covered = 0;
+    /// n  samples per pixel and axis
+    void resolve(std::int64_t n, rendering& result) const {
+        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
+            for (std::int64_t x = 0; x < width / n; ++x) {
+                std::array<std::int64_t, 3> sum{};
+                std::int64_t covered = 0;
                 float nearest = 0;
-                for (std::size_t j = 0; j < n; ++j)
-                    for (std::size_t i = 0; i < n; ++i) {
-                        const std::size_t sample = ((y - first_y) * n + j) * across + x * n + i;
+                for (std::int64_t j = 0; j < n; ++j)
+                    for (std::int64_t i = 0; i < n; ++i) {
+                        const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
                         for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
-                        covered += inverse_depth[sample] > 0 ? 1U : 0U;
+                        covered += inverse_depth[sample] > 0 ? 1 : 0;
                         nearest = (std::max)(nearest, inverse_depth[sample]);
                     }
                 for (std::size_t c = 0; c < 3; ++c)
-                    result.color.row(y)[3 * x + c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
-                result.depth.row(y)[x] = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                result.coverage.row(y)[x] = static_cast<std::uint8_t>(255 * covered / (n * n));
+                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
             }
     }
 };
@@ -155,28 +151,43 @@ struct vertical_extent {
     std::int64_t top = 0, bottom = -1;
 };
 
+/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
+inline constexpr std::int64_t rows_per_band = 16;
+
 /// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
 struct band_lists {
     buffer<std::size_t> start;
-    buffer<std::size_t> list;
+    buffer<std::int32_t> list;
 
     /// extent(i)  the vertical_extent of thing i, of `count`
     template <class Extent>
-    band_lists(std::size_t count, Extent&& extent, std::size_t bands, std::int64_t band_rows) : start(bands + 1, 0) {
-        const auto for_each_band = [&](std::size_t i, auto&& visit) {
-            const std::int64_t size = band_rows * subsample_steps, last_band = static_cast<std::int64_t>(bands) - 1;
+    band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
+        : rows_(rows), band_rows_(band_rows) {
+        start.assign(static_cast<std::size_t>((rows + band_rows - 1) / band_rows) + 1, 0);
+        const auto for_each_band = [&](std::int32_t i, auto&& visit) {
+            const std::int64_t size = band_rows * subsample_steps, last_band = start.count() - 2;
             const vertical_extent e = extent(i);
             if (e.top > e.bottom) return;
             const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
             const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
-            for (std::int64_t b = first; b <= last; ++b) visit(static_cast<std::size_t>(b));
+            for (std::int64_t b = first; b <= last; ++b) visit(b);
         };
-        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { ++start[b + 1]; });
-        for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { ++start[b + 1]; });
+        for (std::size_t b = 0; b < band_count(); ++b) start[b + 1] += start[b];
         list.resize(start.back());
         buffer<std::size_t> next = start;
-        for (std::size_t i = 0; i < count; ++i) for_each_band(i, [&](std::size_t b) { list[next[b]++] = i; });
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { list[next[b]++] = i; });
     }
+
+    std::size_t band_count() const { return start.size() - 1; }
+    /// The rows [first, second) of a band.
+    std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
+        const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
+        return {first, (std::min)(first + band_rows_, rows_)};
+    }
+
+private:
+    std::int64_t rows_, band_rows_;
 };
 
 /// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
@@ -185,19 +196,15 @@ struct band_lists {
 /// extent(i)      the vertical_extent of thing i
 /// draw(i, band)  draws it
 template <executor Executor, class Extent, class Draw>
-rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::size_t count, Extent&& extent,
+rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
                         Draw&& draw, Executor& threads) {
     const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
     rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
-    const std::int64_t band_rows = 16 * options.samples;
-    const std::int64_t rows = static_cast<std::int64_t>(h) * options.samples,
-                       across = static_cast<std::int64_t>(w) * options.samples;
-    const std::size_t bands = static_cast<std::size_t>((rows + band_rows - 1) / band_rows);
-    const band_lists lists(count, extent, bands, band_rows);
-    parallel_for(threads, bands, 1, [&](std::size_t first, std::size_t last) {
+    const std::int64_t samples = options.samples;
+    const band_lists lists(count, extent, camera.height * samples, rows_per_band * samples);
+    parallel_for(threads, lists.band_count(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
-            const std::int64_t first_row = static_cast<std::int64_t>(b) * band_rows;
-            sample_band band(first_row, (std::min)(first_row + band_rows, rows), across, options.background);
+            sample_band band(lists.rows_of(b), camera.width * samples, options.background);
             for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
             band.resolve(options.samples, result);
         }
@@ -209,7 +216,7 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
 
 template <executor Executor>
 rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                    const raster_options& options, Executor& threads) {
+                    const raster_options& options, Executor&& threads) {
     detail::check_drawable(mesh, texture);
     detail::check_raster_options(from, options);
     buffer<detail::screen_triangle> triangles;
@@ -218,12 +225,12 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
 
     return detail::draw_in_bands(
-        from.camera, options, triangles.size(),
-        [&](std::size_t i) {
+        from.camera, options, triangles.count(),
+        [&](std::int32_t i) {
             const detail::screen_triangle& t = triangles[i];
             return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
-        [&](std::size_t i, detail::sample_band& band) {
+        [&](std::int32_t i, detail::sample_band& band) {
             band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
         },
         threads);

@@ -1,7 +1,8 @@
-// What renderings are put together to: pairs for two eyes, and depth maps.
+// Pictures made from renderings: pairs for two eyes, and depth maps.
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
@@ -12,7 +13,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
 /// half the distance between two eyes for each.
@@ -26,7 +27,7 @@ inline view beside(view from, float distance) {
 /// by `share` of the picture's width. A thirtieth is comfortable to look at.
 inline float eye_distance(const pinhole_camera& camera, const depth_range& range, float share = 1.0F / 30.0F) {
     const float parallax = camera.focal_length * (range.inverse_depth(1) - range.inverse_depth(0));
-    return parallax > 0 ? share * static_cast<float>(camera.width) / parallax : 0.0F;
+    return parallax > 0 ? share * detail::nearest_float(camera.width) / parallax : 0.0F;
 }
 
 namespace detail {
@@ -67,7 +68,7 @@ inline image<std::uint8_t> anaglyph(image_view<const std::uint8_t> left, image_v
 }
 
 /// A rendering's depth as a depth map to be kept as 16-bit PNG: disparity, white near, from 1 at the far end of the range to
-/// 65,535 at the near end; 0 where nothing is.
+/// 65,535 at the near end; 0 where nothing was drawn.
 ///
 /// depth  H x W x 1, infinity where nothing is
 inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth_range& range) {

@@ -4,6 +4,7 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -15,7 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
@@ -26,7 +27,7 @@ struct atlas_options {
 struct texture_atlas {
     image<std::uint8_t> color;           ///< H x W x 3, sides multiples of 16; gray where no chart is
     image<texel_kind> kind;              ///< H x W x 1: where each texel has its color from
-    buffer<chart_placement> placements;  ///< one a chart
+    buffer<chart_placement> placements;  ///< one per chart
     float fill = 0;                      ///< the share of texels that belong to a pixel of the layered image
 };
 
@@ -38,21 +39,23 @@ buffer<texel_kind> pixel_kinds(const Layers& layers) {
     const graph& g = layers.topology;
     const buffer<float>& disparity = layers.template column<disparity_column>();
     const buffer<std::uint8_t>& known = layers.template column<known_column>();
-    const auto at = [&](std::size_t i) {
-        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
-    };
-    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0.0F);
-    for (std::size_t i = 0; i < g.size(); ++i) front[at(i)] = (std::max)(front[at(i)], disparity[i]);
+    buffer<float> front(g.position_count(), 0.0F);
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        float& nearest = front[g.position_of(i)];
+        nearest = (std::max)(nearest, disparity[i]);
+    }
     buffer<texel_kind> kinds(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i)
-        kinds[i] = known[i] != 0 ? texel_kind::photo : disparity[i] < front[at(i)] ? texel_kind::occluded : texel_kind::refilled;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const bool is_hidden = disparity[i] < front[g.position_of(i)];
+        kinds[i] = known[i] != 0 ? texel_kind::photo : is_hidden ? texel_kind::occluded : texel_kind::refilled;
+    }
     return kinds;
 }
 
 }  // namespace detail
 
-/// Packs, draws and pads all charts. `layers` has a color for every pixel by now; known_column says which are the photo's own,
-/// and only decides `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
+/// Packs, draws and pads all charts. Every pixel of `layers` has a color by now; known_column tells which are the photo's
+/// own, and only affects `kind`. Raises error_code::too_large if the charts do not fit, error_code::invalid_option for a
 /// filter padding below 1.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
 texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const atlas_options& options = {},
@@ -71,7 +74,8 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const std::size_t atlas_height = static_cast<std::size_t>(packed.sheet.height * macroblock_side);
     atlas.color = image<std::uint8_t>(atlas_height, atlas_width, 3, 128);
     atlas.kind = image<texel_kind>(atlas_height, atlas_width, 1, texel_kind::empty);
-    atlas.fill = static_cast<float>(layers.size()) / static_cast<float>(std::max<std::size_t>(atlas_height * atlas_width, 1));
+    atlas.fill =
+        detail::nearest_float(layers.size()) / detail::nearest_float(std::max<std::size_t>(atlas_height * atlas_width, 1));
 
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());

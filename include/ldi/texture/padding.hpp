@@ -4,6 +4,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/image.hpp>
@@ -14,12 +15,12 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
-/// JPEG codes color in blocks of this many texels a side (at 4:2:0, what encoders do unless told otherwise).
+/// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
 
-/// Where a texel of the atlas has its color from: the classes of the paper's Figure "atlas".
+/// The origin of a texel's color: the classes of the paper's Figure "atlas".
 enum class texel_kind : std::uint8_t {
     empty,       ///< in no block of a chart
     photo,       ///< a pixel that the photo shows
@@ -72,8 +73,7 @@ private:
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
-        const std::size_t i = static_cast<std::size_t>(pixel);
-        return (graph_.y[i] - c.y + placement.y) * stride_ + (graph_.x[i] - c.x + placement.x);
+        return (graph_.y[pixel] - c.y + placement.y) * stride_ + (graph_.x[pixel] - c.x + placement.x);
     }
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
@@ -126,6 +126,7 @@ private:
         border_.swap(next_border_);
     }
 
+    static constexpr unsigned bit(texel_kind k) { return 1U << static_cast<unsigned>(k); }
     static bool is_known(texel_kind k) { return k >= texel_kind::photo && k <= texel_kind::copied; }
     static bool is_unknown(texel_kind k) { return k > texel_kind::copied; }
 
@@ -140,10 +141,10 @@ private:
                 for (std::int32_t x = block; x < block + macroblock_side; ++x) add_unknown(room, x, y);
         }
         diffusion_.solve(rounds);
-        for (std::size_t i = 0; i < unknown_.size(); ++i) {
-            const diffusion<3>::value_type& value = diffusion_.value(static_cast<std::int32_t>(i) + 1);
-            for (std::size_t channel = 0; channel < 3; ++channel)
-                color_[3 * unknown_[i] + static_cast<std::ptrdiff_t>(channel)] = static_cast<std::uint8_t>(value[channel] + 0.5F);
+        for (std::int32_t i = 0; i < unknown_.count(); ++i) {
+            const diffusion<3>::value_type& value = diffusion_.value(i + 1);
+            std::uint8_t* const color = color_ + 3 * unknown_[i];
+            for (std::size_t channel = 0; channel < 3; ++channel) color[channel] = detail::rounded_mean(value[channel]);
         }
     }
 
@@ -154,10 +155,8 @@ private:
             texel_kind* corner = kind_ + (room.y + y) * stride_ + room.x + x;
             unsigned seen = 0;
             for (std::int32_t i = 0; i < macroblock_side; ++i)
-                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= 1U << static_cast<unsigned>(corner[i * stride_ + j]);
-            constexpr unsigned empty = 1U << static_cast<unsigned>(texel_kind::empty);
-            constexpr unsigned diffused = 1U << static_cast<unsigned>(texel_kind::diffused);
-            if (seen == empty || (seen & (empty | diffused)) == 0) continue;
+                for (std::int32_t j = 0; j < macroblock_side; ++j) seen |= bit(corner[i * stride_ + j]);
+            if (seen == bit(texel_kind::empty) || (seen & (bit(texel_kind::empty) | bit(texel_kind::diffused))) == 0) continue;
             open_blocks_.push_back(x);
             for (std::int32_t i = 0; i < macroblock_side; ++i)
                 std::replace(corner + i * stride_, corner + i * stride_ + macroblock_side, texel_kind::empty,

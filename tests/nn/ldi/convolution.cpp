@@ -1,6 +1,7 @@
 #include <ldi/nn/ldi/convolution.hpp>
 
 #include "tests/support/random_bytes.hpp"
+#include "tests/support/random_features.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -9,17 +10,12 @@
 #include <cmath>
 
 using namespace ldi;
+using ldi::testing::random_floats;
 using ldi::testing::random_layers;
 
 namespace {
 using floats = buffer<float>;
 using indices = buffer<std::int32_t>;
-
-floats random_floats(std::mt19937& random, std::size_t count) {
-    floats values(count);
-    for (float& v : values) v = static_cast<float>(testing::below(random, 2001) - 1000) / 1000.0F;
-    return values;
-}
 
 /// A source with what it points to.
 struct input_tensor {
@@ -28,7 +24,7 @@ struct input_tensor {
     indices rows;
     buffer<std::uint8_t> mask;
 
-    convolution_source source() const { return {values, channels, rows, mask}; }
+    feature_view source() const { return {values, channels, rows, mask}; }
     std::int32_t row_of(std::int32_t pixel) const {
         return pixel == no_pixel || rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
     }
@@ -99,7 +95,7 @@ struct outcome {
 outcome run(const convolution_plan& plan, const conv_f32_weights& weights, const std::vector<input_tensor>& tensors,
             bool is_partial) {
     serial_executor threads;
-    std::vector<convolution_source> sources;
+    std::vector<feature_view> sources;
     for (const input_tensor& t : tensors) sources.push_back(t.source());
     outcome result{floats(plan.output_count * weights.outputs, untouched), buffer<std::uint8_t>(plan.output_count, 99)};
     if (is_partial)
@@ -243,7 +239,7 @@ TEST_CASE("the bits of a result depend neither on the threads nor on what surrou
     for (std::int32_t i = 0; i < 320 * 48; i += 5) cut.unlink(i, side::left), cut.unlink(i + 2, side::up);
     const layer l = random_layer(random, 5, 4, 37);
     const input_tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
-    const convolution_source source = t.source();
+    const feature_view source = t.source();
     for (const isa target : ldi_test::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
         const convolution_plan plan = plan_convolution(g, 5), cut_plan = plan_convolution(cut, 5);
@@ -309,8 +305,8 @@ TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in floa
         round(l.weights);
         const convolution_plan plan =
             testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
-        const convolution_source exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
-        const basic_convolution_source<bfloat16> sources[] = {{coarse_values, above, parents, {}}, {fine_values, beside, {}, {}}};
+        const feature_view exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
+        const basic_feature_view<bfloat16> sources[] = {{coarse_values, above, parents, {}}, {fine_values, beside, {}, {}}};
         serial_executor threads;
         floats expected(plan.output_count * l.outputs), result(expected.size());
         std::vector<bfloat16> rounded(expected.size());
@@ -360,10 +356,9 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
                                    fine_bytes = any_bytes(g.size() * beside, quantized[1], fine_floats);
         const convolution_plan plan =
             testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
-        const convolution_source exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
-        const basic_convolution_source<std::uint8_t> sources[] = {
-            {coarse_bytes, above, parents, {}, quantized[0].values.zero_point},
-            {fine_bytes, beside, {}, {}, quantized[1].values.zero_point}};
+        const feature_view exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
+        const basic_feature_view<std::uint8_t> sources[] = {{coarse_bytes, above, parents, {}, quantized[0].values.zero_point},
+                                                            {fine_bytes, beside, {}, {}, quantized[1].values.zero_point}};
         serial_executor threads;
         floats expected(plan.output_count * l.outputs), numbers(expected.size());
         buffer<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);

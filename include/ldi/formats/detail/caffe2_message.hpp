@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::detail::caffe2 {
+namespace ldi::inline LDI_CONFIGURATION::detail::caffe2 {
 
 /// One value of a named argument. Byte strings point into the file.
 struct argument {

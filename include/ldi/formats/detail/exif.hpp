@@ -1,6 +1,10 @@
 // The two facts of EXIF that a 3D photo needs, read by libexif: how the camera was held, and its lens.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
+#include <ldi/base/numbers.hpp>
+
 #include <libexif/exif-data.h>
 
 #include <cstddef>
@@ -9,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 struct exif_facts {
     unsigned orientation = 1;                ///< 1 to 8, as EXIF numbers them
@@ -46,7 +50,7 @@ inline exif_facts read_exif(std::span<const std::byte> tiff) {
     const std::optional<unsigned> orientation = exif_number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
     if (orientation && *orientation >= 1 && *orientation <= 8) facts.orientation = *orientation;
     const std::optional<unsigned> focal_length = exif_number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
-    if (focal_length && *focal_length > 0) facts.focal_length_35mm = static_cast<float>(*focal_length);  // 0 means unknown
+    if (focal_length && *focal_length > 0) facts.focal_length_35mm = nearest_float(*focal_length);  // 0 means unknown
     return facts;
 }
 

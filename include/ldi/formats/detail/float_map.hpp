@@ -1,5 +1,5 @@
-// Files of plain floats, read from memory: PFM (Debevec; one float a pixel, bottom row first) and NPY (NumPy's format, versions 1
-// to 3, float32 and float64).
+// Files of plain floats, read from memory: PFM (Debevec; one float per pixel, bottom row first) and NPY (NumPy's format, versions
+// 1 to 3, float32 and float64).
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -18,7 +18,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
 inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
@@ -42,7 +42,7 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// H x W x 1, as stored. Errors: invalid_data, too_large.
+/// H x W x 1, as stored. Raises invalid_data, too_large.
 inline image<float> decode_pfm(std::span<const std::byte> bytes, std::size_t max_pixels, const std::string& where) {
     const auto broken = [&](const std::string& found) { raise(error_code::invalid_data, where, "an undamaged PFM file", found); };
     // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
@@ -116,7 +116,7 @@ inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
 }
 
-/// H x W x 1, as stored. Errors: invalid_data, unsupported, too_large.
+/// H x W x 1, as stored. Raises invalid_data, unsupported, too_large.
 inline image<float> decode_npy(std::span<const std::byte> bytes, std::size_t max_pixels, const std::string& where) {
     const auto broken = [&](const std::string& found) { raise(error_code::invalid_data, where, "an undamaged NPY file", found); };
     if (bytes.size() < 12) broken("a header that is cut off");

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 struct stb_free {
     void operator()(void* samples) const { stb::stbi_image_free(samples); }
@@ -34,7 +34,7 @@ inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t
 }
 
 /// Sample  std::uint8_t, or std::uint16_t for all 16 bits of a PNG file (8-bit files come out as v * 257)
-/// Errors: invalid_data, too_large (beyond 2 GB, or more than there is memory for).
+/// Raises invalid_data, too_large (beyond 2 GB, or more than there is memory for).
 template <class Sample>
 decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     static_assert(std::is_same_v<Sample, std::uint8_t> || std::is_same_v<Sample, std::uint16_t>);

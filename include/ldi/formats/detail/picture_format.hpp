@@ -1,13 +1,14 @@
-// What a picture file is, read from its own bytes and before anything is decoded or allocated: format, size, bit depth, where its
-// EXIF data lies, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
-// of the picture is there; these functions do.
+// Facts about a picture file, read from its own bytes before anything is decoded or allocated: format, size, bit depth, the place
+// of its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that
+// all of the picture is there; these functions do.
 #pragma once
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/formats/detail/checksums.hpp>
 
-#include <zlib.h>
-
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,9 +16,8 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 enum class picture_format { jpeg, png };
 
@@ -87,7 +87,7 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
     return std::to_string(bytes.size()) + " bytes of an unknown format";
 }
 
-/// How messages begin and end that are about a damaged file.
+/// Raises the error for a damaged file.
 [[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
     raise(error_code::invalid_data, where, format == picture_format::jpeg ? "an undamaged JPEG file" : "an undamaged PNG file",
           found);
@@ -106,75 +106,102 @@ inline bool are_huffman_tables(std::span<const std::byte> body) {
     return true;
 }
 
-/// Walks the segments of a JPEG file up to the end of its first picture. Errors: invalid_data, unsupported.
-inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const std::string& where) {
-    const auto broken = [&](const std::string& found) { damaged(picture_format::jpeg, where, found); };
-    const auto unsupported = [&](const std::string& found) {
-        raise(error_code::unsupported, where, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
-    };
-    picture_header header;
-    header.format = picture_format::jpeg;
-    std::vector<unsigned> unscanned;  // identifiers of components that no scan has filled yet
-    std::size_t components = 0;
-    bool adobe = false;
-    std::size_t at = 2;
-    for (;;) {
-        // Cameras leave stray bytes between segments; inside a scan, FF 00 is data and FF D0 to FF D7 are restarts.
-        while (at + 1 < bytes.size()) {
-            const void* const next = std::memchr(bytes.data() + at, 0xFF, bytes.size() - 1 - at);
-            at = next == nullptr ? bytes.size() : static_cast<std::size_t>(static_cast<const std::byte*>(next) - bytes.data());
+/// Walks the segments of a JPEG file up to the end of its first picture.
+class jpeg_header_reader {
+public:
+    jpeg_header_reader(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {
+        header_.format = picture_format::jpeg;
+    }
+
+    picture_header read() {
+        for (std::size_t at = 2;;) {
+            at = find_marker(at);
+            if (at + 1 >= bytes_.size()) broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
+            const unsigned marker = byte_at(bytes_, at + 1);
+            at += 2;
+            if (marker == 0xD9) break;
+            if (at + 2 > bytes_.size()) broken("a segment that is cut off");
+            const std::size_t length = big_endian_16(bytes_, at);
+            if (length < 2 || at + length > bytes_.size()) broken("a segment that is cut off");
+            read_segment(marker, bytes_.subspan(at + 2, length - 2));
+            at += length;
+        }
+        if (components_ == 0 || !unscanned_.empty()) broken("a file without a picture, or with only some of its channels");
+        // Without Adobe's marker nothing says whether 0 or 255 is full ink, nor whether it is ink at all.
+        if (components_ == 4 && !adobe_) unsupported("four channels that no Adobe marker explains");
+        // A block of at most 256 pixels of one channel takes at least a bit.
+        if (header_.width * header_.height / 2048 > bytes_.size())
+            broken(std::to_string(header_.width) + " x " + std::to_string(header_.height) + " pixels in " +
+                   std::to_string(bytes_.size()) + " bytes");
+        return header_;
+    }
+
+private:
+    [[noreturn]] void broken(const std::string& found) const { damaged(picture_format::jpeg, where_, found); }
+    [[noreturn]] void unsupported(const std::string& found) const {
+        raise(error_code::unsupported, where_, "a JPEG file with 8-bit gray, YCbCr, RGB or Adobe CMYK colors", found);
+    }
+
+    /// The first marker at `at` or after it, or the end of the file. Cameras leave stray bytes between segments; inside a scan,
+    /// FF 00 is data and FF D0 to FF D7 are restarts.
+    std::size_t find_marker(std::size_t at) const {
+        while (at + 1 < bytes_.size()) {
+            const void* const next = std::memchr(bytes_.data() + at, 0xFF, bytes_.size() - 1 - at);
             if (next == nullptr) break;
-            const unsigned follower = byte_at(bytes, at + 1);
-            if (follower != 0xFF && follower != 0 && follower != 1 && (follower < 0xD0 || follower > 0xD8)) break;
+            at = static_cast<std::size_t>(static_cast<const std::byte*>(next) - bytes_.data());
+            const unsigned follower = byte_at(bytes_, at + 1);
+            if (follower != 0xFF && follower != 0 && follower != 1 && (follower < 0xD0 || follower > 0xD8)) return at;
             at += follower == 0xFF ? 1 : 2;
         }
-        if (at + 1 >= bytes.size()) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
-        const unsigned marker = byte_at(bytes, at + 1);
-        at += 2;
-        if (marker == 0xD9) break;
-        if (at + 2 > bytes.size()) broken("a segment that is cut off");
-        const std::size_t length = big_endian_16(bytes, at);
-        if (length < 2 || at + length > bytes.size()) broken("a segment that is cut off");
-        const std::span<const std::byte> body = bytes.subspan(at + 2, length - 2);
-        at += length;
+        return bytes_.size();
+    }
 
-        const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-        if (frame) {
-            if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
-            if (components != 0) broken("two pictures in one");
-            if (body.size() < 6) broken("a short frame header");
-            if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
-            header.height = big_endian_16(body, 1), header.width = big_endian_16(body, 3);
-            components = byte_at(body, 5);
-            if (header.height == 0) unsupported("a JPEG that states its height at the end");
-            if (header.width == 0) broken("a width of 0");
-            if (components != 1 && components != 3 && components != 4) unsupported(std::to_string(components) + " channels");
-            if (body.size() != 6 + 3 * components) broken("a frame header of the wrong length");
-            for (std::size_t c = 0; c < components; ++c) unscanned.push_back(byte_at(body, 6 + 3 * c));
+    void read_segment(unsigned marker, std::span<const std::byte> body) {
+        if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+            read_frame(marker, body);
         } else if (marker == 0xDA) {
-            if (components == 0) broken("a scan before the frame header");
+            if (components_ == 0) broken("a scan before the frame header");
             const std::size_t count = body.empty() ? 0 : byte_at(body, 0);
             if (body.size() != 4 + 2 * count) broken("a scan header of the wrong length");
-            for (std::size_t c = 0; c < count; ++c) std::erase(unscanned, byte_at(body, 1 + 2 * c));
+            for (std::size_t c = 0; c < count; ++c)
+                unscanned_.erase(std::remove(unscanned_.begin(), unscanned_.end(), byte_at(body, 1 + 2 * c)), unscanned_.end());
         } else if (marker == 0xC4) {
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
-        } else if (marker == 0xE1 && header.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
-            header.exif = body.subspan(6);
+        } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
+            header_.exif = body.subspan(6);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
-            adobe = true;
+            adobe_ = true;
         }
     }
-    if (components == 0 || !unscanned.empty()) broken("a file without a picture, or with only some of its channels");
-    // Without Adobe's marker nothing says whether 0 or 255 is full ink, nor whether it is ink at all.
-    if (components == 4 && !adobe) unsupported("four channels that no Adobe marker explains");
-    // A block of at most 256 pixels of one channel takes at least a bit.
-    if (header.width * header.height / 2048 > bytes.size())
-        broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " +
-               std::to_string(bytes.size()) + " bytes");
-    return header;
+
+    void read_frame(unsigned marker, std::span<const std::byte> body) {
+        if (marker > 0xC2) unsupported(marker == 0xC3 ? "a lossless JPEG" : "an arithmetic-coded or hierarchical JPEG");
+        if (components_ != 0) broken("two pictures in one");
+        if (body.size() < 6) broken("a short frame header");
+        if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
+        header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
+        components_ = byte_at(body, 5);
+        if (header_.height == 0) unsupported("a JPEG that states its height at the end");
+        if (header_.width == 0) broken("a width of 0");
+        if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
+        if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
+        for (std::size_t c = 0; c < components_; ++c) unscanned_.push_back(byte_at(body, 6 + 3 * c));
+    }
+
+    std::span<const std::byte> bytes_;
+    const std::string& where_;
+    picture_header header_;
+    buffer<unsigned> unscanned_;  ///< identifiers of components that no scan has filled yet
+    std::size_t components_ = 0;
+    bool adobe_ = false;
+};
+
+/// Raises invalid_data, unsupported.
+inline picture_header read_jpeg_header(std::span<const std::byte> bytes, const std::string& where) {
+    return jpeg_header_reader(bytes, where).read();
 }
 
-/// Walks all chunks of a PNG file and checks the critical ones' checksums. Errors: invalid_data, unsupported.
+/// Walks all chunks of a PNG file and checks the critical ones' checksums. Raises invalid_data, unsupported.
 inline picture_header read_png_header(std::span<const std::byte> bytes, const std::string& where) {
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
@@ -191,9 +218,7 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
             raise(error_code::unsupported, where, "a PNG file as the standard has it", "Apple's CgBI variant of one");
         if (!begun && !has_text(type, 0, "IHDR")) broken("a file that does not begin with its header");
         if (critical) {
-            const unsigned long checksum = ::crc32(0, reinterpret_cast<const unsigned char*>(type.data()), 4);
-            const unsigned long whole = ::crc32_z(checksum, reinterpret_cast<const unsigned char*>(body.data()), body.size());
-            if (whole != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
+            if (crc32(bytes.subspan(at + 4, 4 + length)) != big_endian_32(bytes, at + 8 + length)) broken("a wrong checksum");
         }
         if (has_text(type, 0, "IHDR")) {
             if (begun || length != 13) broken("a bad header");
@@ -220,15 +245,14 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
         at += 12 + length;
     }
     // Deflate can't shrink anything to less than 1 / 1032.
-    const double raw =
-        static_cast<double>(header.width) * static_cast<double>(header.height) * static_cast<double>(bits_per_pixel) / 8;
-    if (raw > 1032.0 * static_cast<double>(compressed) + 1024.0)
+    const double raw = nearest_double(header.width) * nearest_double(header.height) * nearest_double(bits_per_pixel) / 8;
+    if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
     return header;
 }
 
-/// Errors: unsupported (neither JPEG nor PNG, or a kind of them that is not read), invalid_data (empty, cut off, damaged).
+/// Raises unsupported (neither JPEG nor PNG, or a kind of them that is not read), invalid_data (empty, cut off, damaged).
 inline picture_header read_picture_header(std::span<const std::byte> bytes, const std::string& where) {
     if (is_jpeg(bytes)) return read_jpeg_header(bytes, where);
     if (is_png(bytes)) return read_png_header(bytes, where);

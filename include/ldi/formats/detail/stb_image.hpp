@@ -3,6 +3,8 @@
 #pragma once
 #pragma GCC system_header
 
+#include <ldi/base/config.hpp>
+
 #include <assert.h>
 #include <limits.h>
 #include <math.h>
@@ -63,7 +65,7 @@
 #define STBI_REALLOC(pointer, size) realloc(pointer, size)
 #define STBI_FREE(pointer) free(pointer)
 
-namespace ldi::detail::stb {
+namespace ldi::inline LDI_CONFIGURATION::detail::stb {
 #include <stb/stb_image.h>
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 #pragma GCC system_header
 
+#include <ldi/base/config.hpp>
+
 #include <assert.h>
 #include <math.h>
 #include <stdarg.h>
@@ -23,7 +25,7 @@
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
 
-namespace ldi::detail::stb {
+namespace ldi::inline LDI_CONFIGURATION::detail::stb {
 #include <stb/stb_image_write.h>
 }
 

@@ -2,6 +2,9 @@
 // process, which has to ask for them because they add 8 KiB to what is saved of each thread that uses them.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
+#include <ldi/kernels/detail/cpuid.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
 #if LDI_HAS_AMX_KERNELS
@@ -10,15 +13,7 @@
 #include <unistd.h>
 #include <cstdint>
 
-namespace ldi::detail {
-
-struct cpuid_leaf {
-    std::uint32_t a = 0, b = 0, c = 0, d = 0;
-
-    explicit cpuid_leaf(std::uint32_t leaf, std::uint32_t subleaf = 0) {
-        asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
-    }
-};
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// 8 tiles of 16 rows of 64 bytes, products of bytes, and an operating system that knows of them.
 inline bool processor_has_amx() {

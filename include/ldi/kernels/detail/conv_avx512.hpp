@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace ldi::avx512vnni {
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 /// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
 /// processors that make two of each 512-bit instruction (Zen 4).

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
 struct activation {

@@ -2,6 +2,8 @@
 // M.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <ldi/kernels/detail/target.hpp>
 
 #if LDI_HAS_ARM_KERNELS
@@ -15,7 +17,7 @@
 #include <cstddef>
 #endif
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Where there is no way of asking, whether the compiler's flags promise it.
 inline bool has_dot_product_extension() {

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::neon {
+namespace ldi::inline LDI_CONFIGURATION::neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 

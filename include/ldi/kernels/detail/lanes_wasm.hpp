@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::wasm_simd128 {
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 /// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
 /// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.

@@ -1,9 +1,11 @@
 // How the outputs of a matrix product or a convolution are shared out among tiles.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cstddef>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
 struct panel_cut {

@@ -52,6 +52,7 @@
 
 #if LDI_HAS_X86_KERNELS
 #define LDI_AVX2_FEATURES "avx2,fma"
+#define LDI_AVX_VNNI_FEATURES "avx2,fma,avxvnni"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
 #define LDI_AVX512BF16_FEATURES LDI_AVX512VNNI_FEATURES ",avx512bf16"
 #define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"

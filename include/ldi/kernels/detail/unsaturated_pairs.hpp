@@ -4,10 +4,12 @@
 // another.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <algorithm>
 #include <cstdint>
 
-namespace ldi::avx2 {
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 /// What weights may still be added to one 16-bit sum.
 struct sum_room {

@@ -8,13 +8,12 @@
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/graph.hpp>
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 constexpr int clockwise(int s) { return (s + 1) & 3; }
 constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
@@ -23,17 +22,21 @@ constexpr std::uint8_t side_bit(int s) { return static_cast<std::uint8_t>(1U << 
 constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
+/// The lattice point of corner c of a pixel.
+inline std::int32_t corner_x(const graph& g, std::int32_t pixel, int c) { return g.x[pixel] + (c == 1 || c == 2 ? 1 : 0); }
+inline std::int32_t corner_y(const graph& g, std::int32_t pixel, int c) { return g.y[pixel] + (c >= 2 ? 1 : 0); }
+
 /// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
 inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
-    const std::int32_t count = static_cast<std::int32_t>(g.size());
+    const std::int32_t count = g.count();
     buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
     const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
-    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches go without a branch a
-    // pixel.
+    // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
+    // branch per pixel.
     constexpr std::int32_t stretch = 16;
     std::int32_t i = 0;
     while (i < count) {
@@ -69,6 +72,21 @@ inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const 
     return sides;
 }
 
+/// The pixels with a boundary side, ascending. Most pixels have none, so they are looked at by eights.
+inline buffer<std::int32_t> pixels_with_boundary(const buffer<std::uint8_t>& sides) {
+    buffer<std::int32_t> pixels;
+    pixels.reserve(sides.size() / 16);
+    for (std::int32_t i = 0; i < sides.count(); ++i) {
+        std::uint64_t eight = 1;
+        if (sides.count() - i >= 8) std::memcpy(&eight, sides.data() + i, sizeof eight);
+        if (eight == 0)
+            i += 7;
+        else if (sides[i] != 0)
+            pixels.push_back(i);
+    }
+    return pixels;
+}
+
 /// One side of one pixel: a step of a boundary.
 struct pixel_side {
     std::int32_t pixel;
@@ -89,7 +107,7 @@ public:
     boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
         : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
 
-    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[static_cast<std::size_t>(s)][pixel]; }
+    std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[s][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
     pixel_side twin(pixel_side e) const { return {neighbor(e.pixel, e.side), across(e.side)}; }
 
@@ -149,7 +167,7 @@ public:
 
 private:
     const std::uint8_t* sides_;
-    std::array<const std::int32_t*, 4> links_;
+    const std::int32_t* links_[4];
 };
 
 }  // namespace ldi::detail

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
-#include <ldi/mesh/triangulate.hpp>
+#include <ldi/mesh/polygon.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
@@ -26,7 +25,7 @@ public:
         for (std::size_t i = 0; i < events_.size(); ++i) {
             const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
-            for (std::size_t j = i + 1; j < events_.size() && (events_[j] >> 24) == (events_[i] >> 24); ++j)
+            for (std::size_t j = i + 1; j < events_.size() && at_same_point(events_[j], events_[i]); ++j)
                 compare_visits(v, vertex_of(events_[j]), report);
             if (!above(point(next(v)), point(v))) enter(make_edge(v), report);
             if (above(point(v), point(u))) enter(make_edge(u), report);
@@ -35,22 +34,21 @@ public:
 
     /// The same for edges with fresh[v] != 0 against all others.
     template <class Report>
-    void find_fresh(const polygon& shape, std::span<const std::uint8_t> fresh, Report& report) {
+    void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
         assign(shape);
         const std::int32_t count = shape.outline_count;
         edges_.clear();
         for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
         for (std::int32_t v = 0; v < count; ++v) {
-            if (fresh[static_cast<std::size_t>(v)] == 0) continue;
+            if (fresh[v] == 0) continue;
             const edge& e = edges_[v];
             for (const edge& f : edges_)
                 if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
                     if (collide(e, f)) report.collision(v, f.vertex);
             for (std::int32_t end : {v, next(v)}) {
                 check_visit(end, report);
-                const std::uint64_t here = events_[end] >> 24;
                 for (std::int32_t w = 0; w < count; ++w)
-                    if (events_[w] >> 24 == here && w != end) compare_visits(end, w, report);
+                    if (w != end && at_same_point(events_[w], events_[end])) compare_visits(end, w, report);
             }
         }
     }
@@ -68,19 +66,15 @@ private:
         lattice_point at, from, to;
     };
 
-    static std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-    static bool same(lattice_point p, lattice_point q) { return p.x == q.x && p.y == q.y; }
-    static bool above(lattice_point p, lattice_point q) { return p.y != q.y ? p.y < q.y : p.x < q.x; }
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
     std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
     void assign(const polygon& shape) {
         shape_ = &shape;
-        const std::size_t count = static_cast<std::size_t>(shape.outline_count);
-        before_.resize(count), events_.resize(count);
-        for (std::size_t v = 0; v < count; ++v) {
-            before_[shape.next[v]] = static_cast<std::int32_t>(v);
-            events_[v] = polygon_event(shape.points[v], v);
+        events_.clear(), before_.resize(shape.points.size());
+        for (std::int32_t v = 0; v < shape.outline_count; ++v) {
+            events_.push_back(polygon_event(shape.points[v], v));
+            before_[shape.next[v]] = v;
         }
     }
 
@@ -107,7 +101,7 @@ private:
     template <class Report>
     void check_visit(std::int32_t v, Report& report) const {
         const std::int32_t u = before_[v];
-        if (same(point(u), point(next(v))) || same(point(v), point(next(v)))) report.spike(v);
+        if (point(u) == point(next(v)) || point(v) == point(next(v))) report.spike(v);
     }
 
     template <class Report>
@@ -117,7 +111,7 @@ private:
     }
     visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
 
-    static std::int64_t turn(lattice_point center, lattice_point a, lattice_point b) {
+    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
         return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
     }
     static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
@@ -125,14 +119,14 @@ private:
     }
     /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
     static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = turn(v.at, v.to, v.from), a = turn(v.at, v.to, p), b = turn(v.at, p, v.from);
+        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
         if (whole > 0) return a > 0 && b > 0;
         if (whole < 0) return !(a <= 0 && b <= 0);
         if (dot(v.at, v.to, v.from) < 0) return a > 0;
         return a != 0 || dot(v.at, v.to, p) < 0;
     }
     static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return turn(center, p, q) == 0 && dot(center, p, q) > 0;
+        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
     }
     static bool overlap(const visit& v, const visit& w) {
         return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
@@ -146,7 +140,7 @@ private:
         return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
     }
     static bool touches(const edge& e, lattice_point p, int side_of_p) {
-        return side_of_p == 0 && in_box(e, p) && !same(p, e.a) && !same(p, e.b);
+        return side_of_p == 0 && in_box(e, p) && p != e.a && p != e.b;
     }
 
     static bool collide(const edge& e, const edge& f) {

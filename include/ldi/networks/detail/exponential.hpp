@@ -3,10 +3,12 @@
 // it.
 #pragma once
 
+#include <ldi/base/config.hpp>
+
 #include <cmath>
 #include <initializer_list>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
 inline float exponential(float x) {

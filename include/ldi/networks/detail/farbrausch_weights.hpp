@@ -3,6 +3,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/networks/farbrausch_architecture.hpp>
@@ -16,9 +17,9 @@
 #include <string>
 #include <vector>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// How the network's input becomes what its first convolution reads.
+/// Converts the network's input to the values that its first convolution reads.
 template <class Value>
 struct farbrausch_input;
 
@@ -37,12 +38,12 @@ struct farbrausch_input<std::uint8_t> {
 
     std::uint8_t zero() const { return values.zero_point; }
     std::uint8_t operator()(float value) const {
-        const float steps = value * (1.0F / values.scale) + (static_cast<float>(values.zero_point) + 0.5F);
+        const float steps = value * (1.0F / values.scale) + (values.zero_point + 0.5F);
         return static_cast<std::uint8_t>(std::clamp(steps, 0.0F, 255.0F));
     }
 };
 
-/// One convolution a level: from it to the next, and back.
+/// One convolution per level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
     buffer<Weights> encoder, decoder;
@@ -115,7 +116,7 @@ private:
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// What the encoder has at a level.
+    /// The encoder's result at a level.
     ranged_tensor skip(std::size_t level) const {
         if (level == 0) return {"input", input_channels};
         return {encoder(level - 1), architecture_.channels[level - 1]};
@@ -165,9 +166,9 @@ private:
         const values& ends = finite(name, {2});
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
-            raise(error_code::invalid_data, tensor_place(file_, name), "a range round 0",
+            raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
                   std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
-        return {scale, static_cast<std::uint8_t>(std::lround(-ends[0] / scale))};
+        return {scale, rounded_to_byte(-ends[0] / scale)};
     }
 
     const named_tensors& file_;

@@ -1,4 +1,4 @@
-// What the inpainting network has to compute: the levels of detail of a layered depth image, and at each the pixels that the
+// The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
 // wanted ones need, found backwards through the network.
 #pragma once
 
@@ -13,24 +13,24 @@
 #include <span>
 #include <utility>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// A level of detail, and what the network does there.
+/// A level of detail, and the network's work there.
 struct farbrausch_level {
     std::size_t pixel_count = 0;      ///< of the level's graph
     buffer<std::int32_t> above;       ///< for each pixel the one of the next level above it, or no_pixel; of the last level empty
     convolution_plan average;         ///< 3 x 3 windows of all pixels
     convolution_plan average_coarse;  ///< 3 x 3 windows of the pixels that the next level keeps
 
-    pixel_subset read;                   ///< where the network reads values: its input, or what the encoder makes of it
-    pixel_subset decoded;                ///< where the decoder gives a result
+    pixel_subset read;                   ///< pixels at which the network reads values: its input, or the encoder's result
+    pixel_subset decoded;                ///< pixels at which the decoder gives a result
     convolution_plan encode;             ///< from `read` here to `read` of the next level
     convolution_plan decode;             ///< from `read` to `decoded`
     buffer<std::int32_t> decoded_above;  ///< for each pixel of `read` its row in `decoded` of the next level, or no_pixel
 };
 
 /// finest   level 0, in canonical order
-/// kernels  sizes of the encoder's convolutions, one a level
+/// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
 inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {

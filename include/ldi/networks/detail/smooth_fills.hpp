@@ -5,6 +5,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
 
@@ -16,7 +17,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// red, green, blue, and 1 where there is a color; four zeros where there is none.
 using masked_color = lanes::four_floats;
@@ -27,15 +28,17 @@ public:
     masked_colors() = default;
     explicit masked_colors(std::size_t count) : values_(count * lanes::wide) {}
 
-    std::size_t size() const { return values_.size() / lanes::wide; }
+    std::int32_t count() const { return static_cast<std::int32_t>(values_.size() / lanes::wide); }
     masked_color operator[](std::int32_t i) const { return lanes::load(at(i)); }
     void set(std::int32_t i, masked_color color) { lanes::store(at(i), color); }
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
-    const float* at(std::int32_t i) const { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
-    float* at(std::int32_t i) { return values_.data() + static_cast<std::size_t>(i) * lanes::wide; }
+    const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
+    float* at(std::int32_t i) { return values_.data() + first_value(i); }
     std::span<const float> values() const { return values_; }
 
 private:
+    static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
+
     buffer<float> values_;
 };
 
@@ -88,7 +91,7 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
     });
 }
 
-/// What the network starts from, in rows of `read` of level 0.
+/// The network's input and the colors that it corrects.
 struct smooth_fills {
     masked_colors
         input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
@@ -101,7 +104,7 @@ public:
     smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels,
                   int growth, Executor& threads)
         : colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
-        for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = static_cast<float>(v) / 255.0F;
+        for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
     smooth_fills run() {
@@ -131,12 +134,12 @@ public:
 
 private:
     masked_color photo(std::int32_t pixel) const {
-        const std::size_t p = static_cast<std::size_t>(pixel);
-        if (known_[p] == 0) return masked_color{};
-        return masked_color{unit_[colors_[3 * p]], unit_[colors_[3 * p + 1]], unit_[colors_[3 * p + 2]], 1.0F};
+        if (known_[pixel] == 0) return masked_color{};
+        const std::uint8_t* const color = colors_.data() + 3 * std::ptrdiff_t{pixel};
+        return masked_color{unit_[color[0]], unit_[color[1]], unit_[color[2]], 1.0F};
     }
 
-    /// What is known, and elsewhere the color above.
+    /// The known colors, and elsewhere the color above.
     masked_colors from_above(const masked_colors& coarse, const buffer<std::int32_t>& above, const masked_colors& known) const {
         masked_colors result = known;
         parallel_for(threads_, above.size(), 4096, [&](std::size_t first, std::size_t last) {
@@ -150,8 +153,8 @@ private:
     /// Averages what is not known, `passes` times.
     void spread(masked_colors& colors, const convolution_plan& windows, const masked_colors& known, int passes) {
         buffer<std::int32_t> unknown;
-        for (std::size_t i = 0; i < known.size(); ++i)
-            if (!known.has(static_cast<std::int32_t>(i))) unknown.push_back(static_cast<std::int32_t>(i));
+        for (std::int32_t i = 0; i < known.count(); ++i)
+            if (!known.has(i)) unknown.push_back(i);
         spread_at(colors, restrict_to(windows, unknown), passes);
     }
 
@@ -193,12 +196,12 @@ private:
         const pixel_subset& read = level.read;
         masked_colors fill(read.size());
         buffer<std::int32_t> unknown;
-        for (std::size_t row = 0; row < read.size(); ++row) {
+        for (std::int32_t row = 0; row < fill.count(); ++row) {
             const std::int32_t pixel = read.pixels[row], above = level.above[pixel];
             if (known_[pixel] != 0)
-                fill.set(static_cast<std::int32_t>(row), photo(pixel));
+                fill.set(row, photo(pixel));
             else if (unknown.push_back(pixel); above != no_pixel)
-                fill.set(static_cast<std::int32_t>(row), fill_above[above]);
+                fill.set(row, fill_above[above]);
         }
         spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
 
@@ -232,8 +235,8 @@ private:
                 ++count;
                 for (std::size_t c = 0; c < 3; ++c) sum[c] += colors_[3 * p + c];
             }
-            const double scale = 1.0 / (255.0 * static_cast<double>(std::max<std::uint64_t>(count, 1)));
-            for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(static_cast<double>(sum[c]) * scale);
+            const double scale = 1.0 / (255.0 * nearest_double(std::max<std::uint64_t>(count, 1)));
+            for (std::size_t c = 0; c < 3; ++c) mean_[c] = static_cast<float>(nearest_double(sum[c]) * scale);
         });
         return mean_;
     }

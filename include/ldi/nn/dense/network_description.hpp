@@ -11,7 +11,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {

@@ -17,7 +17,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
 class quantized_network {

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// file  of n operators; tensor 0 of the network is its input, tensor i + 1 what operator i makes:
 ///

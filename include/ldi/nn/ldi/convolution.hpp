@@ -5,12 +5,14 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/kernels/requantize.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/detail/convolution_block.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +20,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -64,7 +66,7 @@ struct quantized_source {
 
 /// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
 ///
-/// sources  as the convolution will read them; their zero points must be basic_convolution_source::zero
+/// sources  as the convolution will read them; their zero points must be basic_feature_view::zero
 /// result   of results that are bytes; results that are floats are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
@@ -87,7 +89,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
-        const float step = largest > 0.0F ? largest / static_cast<float>(largest_conv_u8_weight) : 1.0F;
+        const float step = largest > 0.0F ? largest / detail::nearest_float(largest_conv_u8_weight) : 1.0F;
         for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
     }
@@ -101,10 +103,10 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
 /// a source. A vector or span of float, or of what the sources hold
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
-template <class Weights, class Result, executor Executor>
+template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve(const convolution_plan& plan, const Weights& weights,
-              std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
-              Executor& threads) {
+              std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
+              Executor&& threads = {}) {
     LDI_ASSERT(std::all_of(sources.begin(), sources.end(), [](const auto& s) { return s.mask.empty(); }));
     detail::run_convolution(plan, weights, sources, false, std::span(result), {}, threads);
 }
@@ -116,10 +118,10 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 /// convolution by existence.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
-template <class Weights, class Result, executor Executor>
+template <class Weights, class Result, executor Executor = const serial_executor>
 void convolve_partially(const convolution_plan& plan, const Weights& weights,
-                        std::span<const basic_convolution_source<typename Weights::value_type>> sources, Result&& result,
-                        std::span<std::uint8_t> result_mask, Executor& threads) {
+                        std::span<const basic_feature_view<typename Weights::value_type>> sources, Result&& result,
+                        std::span<std::uint8_t> result_mask = {}, Executor&& threads = {}) {
     detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
 }
 

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
 /// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
@@ -33,8 +33,16 @@ struct convolution_plan {
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
+    /// kernel_size as a size, to count and subscript with.
+    std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Elements of a window.
-    std::size_t elements() const { return static_cast<std::size_t>(kernel_size) * static_cast<std::size_t>(kernel_size); }
+    std::size_t elements() const { return k() * k(); }
+    /// The kernel_size rows of a segment.
+    std::span<const std::int32_t> rows_of(std::size_t s) const { return std::span(rows).subspan(s * k(), k()); }
+    /// The window of an irregular output, row by row.
+    std::span<const std::int32_t> window_of(std::size_t i) const {
+        return std::span(windows).subspan(i * elements(), elements());
+    }
 
     /// Memory held.
     std::size_t bytes() const {
@@ -78,16 +86,15 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        const std::size_t i = static_cast<std::size_t>(first);
-        if (g.y[i] % 2 != 0) return true;
-        const std::int32_t odd = g.x[i] % 2, kept = (count - odd + 1) / 2;
+        if (g.y[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
         // The kept pixels of a run follow each other in the coarse graph.
-        add_segment(plan, {coarse.parent[i + static_cast<std::size_t>(odd)], kept}, rows, odd);
+        add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
     });
-    for (std::size_t o = 0; o < coarse.kept.size(); ++o)
-        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, static_cast<std::int32_t>(o), coarse.kept[o]);
+    for (std::int32_t o = 0; o < coarse.kept.count(); ++o)
+        if (!regular.contains(coarse.kept[o])) add_irregular(plan, g, o, coarse.kept[o]);
     return plan;
 }
 
@@ -109,7 +116,6 @@ inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_siz
 ///
 /// outputs  ascending, each of them an output of the plan
 inline convolution_plan restrict_to(const convolution_plan& plan, std::span<const std::int32_t> outputs) {
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size), elements = plan.elements();
     convolution_plan result;
     result.kernel_size = plan.kernel_size, result.stride = plan.stride;
     result.input_count = plan.input_count, result.output_count = plan.output_count;
@@ -121,8 +127,8 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
             while (irregular < plan.irregular.size() && plan.irregular[irregular] < output) ++irregular;
             LDI_ASSERT(irregular < plan.irregular.size() && plan.irregular[irregular] == output);
             result.irregular.push_back(output);
-            const auto window = plan.windows.begin() + static_cast<std::ptrdiff_t>(irregular * elements);
-            result.windows.insert(result.windows.end(), window, window + static_cast<std::ptrdiff_t>(elements));
+            const std::span<const std::int32_t> window = plan.window_of(irregular);
+            result.windows.append(window.begin(), window.end());
             ++i;
             continue;
         }
@@ -130,7 +136,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
         std::size_t last = i + 1;
         while (last < outputs.size() && outputs[last] == outputs[last - 1] + 1 && outputs[last] < from.first + from.count) ++last;
         const std::int32_t count = static_cast<std::int32_t>(last - i), shift = plan.stride * (output - from.first);
-        const std::span<const std::int32_t> rows = std::span(plan.rows).subspan(s * k, k);
+        const std::span<const std::int32_t> rows = plan.rows_of(s);
         if (count >= detail::shortest_segment)
             detail::add_segment(result, {output, count}, rows, shift);
         else
@@ -150,17 +156,15 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
 /// marks  input_count
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
     LDI_ASSERT(marks.size() == plan.input_count);
-    const std::size_t k = static_cast<std::size_t>(plan.kernel_size);
     for (std::size_t s = 0; s < plan.segments.size(); ++s)
-        for (std::size_t r = 0; r < k; ++r) {
-            const std::int32_t first = plan.rows[s * k + r] - plan.kernel_size / 2;
+        for (const std::int32_t row : plan.rows_of(s)) {
+            std::uint8_t* const first = marks.data() + (row - plan.kernel_size / 2);
             const std::int32_t count = plan.stride * (plan.segments[s].count - 1) + plan.kernel_size;
-            const std::span<std::uint8_t> row = marks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
             // Windows of a segment overlap or touch, except those of a single pixel with stride 2.
             if (plan.kernel_size > 1 || plan.stride == 1)
-                std::fill(row.begin(), row.end(), std::uint8_t{1});
+                std::fill_n(first, count, std::uint8_t{1});
             else
-                for (std::size_t i = 0; i < row.size(); i += 2) row[i] = 1;
+                for (std::int32_t i = 0; i < count; i += 2) first[i] = 1;
         }
     for (const std::int32_t pixel : plan.windows)
         if (pixel != no_pixel) marks[static_cast<std::size_t>(pixel)] = 1;
@@ -171,8 +175,8 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     buffer<std::uint8_t> marks(plan.input_count, 0);
     mark_needed_inputs(plan, marks);
     buffer<std::int32_t> pixels;
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (marks[i] != 0) pixels.push_back(static_cast<std::int32_t>(i));
+    for (std::int32_t i = 0; i < marks.count(); ++i)
+        if (marks[i] != 0) pixels.push_back(i);
     return pixels;
 }
 

@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Which pixels, and for each pixel of the graph its number among them.
 struct pixel_subset {
@@ -27,10 +27,11 @@ struct pixel_subset {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
         subset.pixels.resize(marks.size() - static_cast<std::size_t>(std::count(marks.begin(), marks.end(), std::uint8_t{0})));
-        std::size_t rows = 0;
-        for (std::size_t i = 0; i < marks.size(); ++i) {
-            subset.row_of[i] = marks[i] != 0 ? static_cast<std::int32_t>(rows) : no_pixel;
-            if (marks[i] != 0) subset.pixels[rows++] = static_cast<std::int32_t>(i);
+        std::int32_t pixel = 0, row = 0;
+        for (const std::uint8_t mark : marks) {
+            subset.row_of[pixel] = mark != 0 ? row : no_pixel;
+            if (mark != 0) subset.pixels[row++] = pixel;
+            ++pixel;
         }
         return subset;
     }

@@ -15,7 +15,7 @@
 #include <type_traits>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Row-major values. Half-precision numbers of a file are here as float.
 struct tensor {
@@ -55,7 +55,7 @@ inline std::string tensor_place(const named_tensors& from, std::string_view name
 
 /// The values of the tensor `name`, which must be of this type and shape.
 ///
-/// Errors: mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
+/// Raises mismatch, naming the tensor, where there is none of that name or it is of another type or shape.
 template <class Scalar>
 const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view name, const buffer<std::size_t>& shape) {
     const std::string expected = std::string(detail::scalar_name<Scalar>()) + ", " + shape_text(shape);
@@ -72,7 +72,7 @@ const buffer<Scalar>& tensor_values(const named_tensors& from, std::string_view 
     return *values;
 }
 
-/// Errors: mismatch, naming the first tensor that is not among `names`.
+/// Raises mismatch, naming the first tensor that is not among `names`.
 template <class Names>
 void check_no_others(const named_tensors& from, const Names& names) {
     for (const auto& [name, values] : from.tensors) {

@@ -8,10 +8,10 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// g               in canonical order
-/// known           one a pixel, 0 where it is not known
+/// known           K, 0 where a pixel is not known
 /// rounds          Gauss-Seidel rounds on each level of the multigrid
 /// value           value(pixel, side): the channels of a known pixel that lies on this side of an unknown one
 /// before_solving  is called once all values have been asked for
@@ -24,11 +24,11 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
-    for (std::size_t i = 0; i < g.size(); ++i) {
+    for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
         const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
         for (side s : all_sides) {
-            const std::int32_t neighbor = g.neighbors(s)[i];
+            const std::int32_t neighbor = g.neighbor(i, s);
             if (neighbor == no_pixel) continue;
             if (known[neighbor] != 0)
                 solver.add_known_neighbor(cell, value(neighbor, s));
@@ -40,8 +40,8 @@ void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int roun
     }
     before_solving();
     solver.solve(rounds);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (known[i] == 0) store(static_cast<std::int32_t>(i), solver.value(cell_of[i]));
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (known[i] == 0) store(i, solver.value(cell_of[i]));
 }
 
 }  // namespace ldi::detail

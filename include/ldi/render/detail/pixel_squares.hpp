@@ -5,6 +5,7 @@
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -18,43 +19,42 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
-inline constexpr std::array<std::array<std::int32_t, 2>, 4> pixel_corners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-inline constexpr std::array<side, 4> clockwise_sides{side::up, side::right, side::down, side::left};
+inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+inline constexpr side clockwise_sides[4] = {side::up, side::right, side::down, side::left};
 
-constexpr std::size_t clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
+constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::right ? 1 : s == side::down ? 2 : 3; }
 
 class pixel_squares {
 public:
     template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const view& taken_from, const depth_range& distances, const view& from,
-                  std::int32_t samples, float z_near)
+    pixel_squares(const Layers& layers, const view& taken_from, const view& from, std::int32_t samples, float z_near)
         : graph_(layers.topology) {
         if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
             raise(error_code::mismatch, "camera of a layered image",
                   std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), taken_from, distances, from, samples, z_near);
+        place(layers.template column<disparity_column>(), layers.range, relative_projection(taken_from, from, samples, z_near));
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
-    bool is_drawn(std::size_t pixel) const { return drawn_[pixel] != 0; }
+    bool is_drawn(std::int32_t pixel) const { return drawn_[pixel] != 0; }
 
-    std::int64_t top(std::size_t pixel) const {
+    std::int64_t top(std::int32_t pixel) const {
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::min)(a, b); });
     }
-    std::int64_t bottom(std::size_t pixel) const {
+    std::int64_t bottom(std::int32_t pixel) const {
         return extreme(pixel, [](std::int64_t a, std::int64_t b) { return (std::max)(a, b); });
     }
 
     /// Center and the two corners of a side, clockwise in the layered image's own view. Texture coordinates go from 0 to 1 over
     /// the pixel.
     screen_triangle triangle(std::int32_t pixel, side s) const {
-        const std::size_t first = clockwise_index(s), second = (first + 1) % 4, i = static_cast<std::size_t>(pixel);
-        screen_triangle t{vertices_[i], vertices_[corner(i, first)], vertices_[corner(i, second)]};
+        const int first = clockwise_index(s), second = (first + 1) % 4;
+        screen_triangle t{vertices_[pixel], vertices_[corner(pixel, first)], vertices_[corner(pixel, second)]};
         t[0].u = t[0].v = 0.5;
         t[1].u = pixel_corners[first][0], t[1].v = pixel_corners[first][1];
         t[2].u = pixel_corners[second][0], t[2].v = pixel_corners[second][1];
@@ -62,49 +62,48 @@ public:
     }
 
 private:
-    std::size_t corner(std::size_t pixel, std::size_t c) const { return static_cast<std::size_t>(corner_of_[4 * pixel + c]); }
+    std::int32_t corner(std::int32_t pixel, int c) const { return corner_of_[std::int64_t{4} * pixel + c]; }
 
     template <class Choose>
-    std::int64_t extreme(std::size_t pixel, Choose&& choose) const {
+    std::int64_t extreme(std::int32_t pixel, Choose&& choose) const {
         std::int64_t result = vertices_[pixel].y;
-        for (std::size_t c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
+        for (int c = 0; c < 4; ++c) result = choose(result, vertices_[corner(pixel, c)].y);
         return result;
     }
 
     /// A link makes the two corners at either end of the common side one.
     void share_corners() {
-        const std::size_t count = graph_.size();
-        disjoint_sets sets(4 * count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::int32_t here = static_cast<std::int32_t>(4 * i);
-            if (graph_.right[i] != no_pixel) {
-                sets.merge(here + 1, 4 * graph_.right[i]);
-                sets.merge(here + 2, 4 * graph_.right[i] + 3);
+        const std::int32_t count = graph_.count();
+        disjoint_sets sets(4 * graph_.size());
+        for (std::int32_t i = 0; i < count; ++i) {
+            const std::int32_t here = 4 * i, right = graph_.right[i], down = graph_.down[i];
+            if (right != no_pixel) {
+                sets.merge(here + 1, 4 * right);
+                sets.merge(here + 2, 4 * right + 3);
             }
-            if (graph_.down[i] != no_pixel) {
-                sets.merge(here + 3, 4 * graph_.down[i]);
-                sets.merge(here + 2, 4 * graph_.down[i] + 1);
+            if (down != no_pixel) {
+                sets.merge(here + 3, 4 * down);
+                sets.merge(here + 2, 4 * down + 1);
             }
         }
         const std::int32_t corners = sets.number(corner_of_);
-        for (std::int32_t& c : corner_of_) c += static_cast<std::int32_t>(count);  // centers come first
-        vertices_.resize(count + static_cast<std::size_t>(corners));
+        for (std::int32_t& c : corner_of_) c += count;  // centers come first
+        vertices_.resize(static_cast<std::size_t>(std::int64_t{count} + corners));
     }
 
     /// A corner has the mean disparity of the pixels that share it.
-    void place(const buffer<float>& disparity, const view& taken_from, const depth_range& distances, const view& from,
-               std::int32_t samples, float z_near) {
-        const std::size_t count = graph_.size();
-        buffer<double> sum(vertices_.size() - count, 0.0), members(vertices_.size() - count, 0.0);
-        for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t c = 0; c < 4; ++c) {
-                sum[corner(i, c) - count] += static_cast<double>(disparity[i]);
+    template <class Project>
+    void place(const buffer<float>& disparity, const depth_range& distances, const Project& project) {
+        const std::int32_t count = graph_.count();
+        buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
+        for (std::int32_t i = 0; i < count; ++i)
+            for (int c = 0; c < 4; ++c) {
+                sum[corner(i, c) - count] += disparity[i];
                 members[corner(i, c) - count] += 1;
             }
-        const double first = 1.0 / static_cast<double>(distances.z_near), last = 1.0 / static_cast<double>(distances.z_far);
-        const relative_projection project(taken_from, from, samples, z_near);
+        const double first = 1.0 / distances.z_near, last = 1.0 / distances.z_far;
         buffer<std::uint8_t> safe(vertices_.size(), 0);
-        const auto put = [&](std::size_t vertex, double x, double y, double d) {
+        const auto put = [&](std::int32_t vertex, double x, double y, double d) {
             const double inverse_depth = last + d * (first - last);
             if (!(inverse_depth > 0 && std::isfinite(inverse_depth)))
                 raise(error_code::invalid_data, "disparity of a layered image", "a surface in front of the camera",
@@ -112,12 +111,12 @@ private:
             safe[vertex] = project(x, y, inverse_depth, vertices_[vertex]) ? 1 : 0;
         };
         buffer<std::uint8_t> is_placed(sum.size(), 0);
-        drawn_.resize(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, static_cast<double>(disparity[i]));
+        drawn_.resize(graph_.size());
+        for (std::int32_t i = 0; i < count; ++i) {
+            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, disparity[i]);
             bool all_safe = safe[i] != 0;
-            for (std::size_t c = 0; c < 4; ++c) {
-                const std::size_t vertex = corner(i, c), k = vertex - count;
+            for (int c = 0; c < 4; ++c) {
+                const std::int32_t vertex = corner(i, c), k = vertex - count;
                 if (is_placed[k] == 0)
                     put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
                 is_placed[k] = 1;
@@ -131,22 +130,20 @@ private:
     class relative_projection {
     public:
         relative_projection(const view& taken_from, const view& from, std::int32_t samples, float z_near)
-            : z_near_(static_cast<double>(z_near)),
-              source_focal_(static_cast<double>(taken_from.camera.focal_length)),
+            : z_near_(z_near),
+              source_focal_(taken_from.camera.focal_length),
               source_x_(0.5 * taken_from.camera.width),
               source_y_(0.5 * taken_from.camera.height),
-              focal_(static_cast<double>(from.camera.focal_length) * samples),
+              focal_(double{from.camera.focal_length} * samples),
               x_(0.5 * from.camera.width * samples),
               y_(0.5 * from.camera.height * samples) {
             std::array<double, 3> offset{};
-            for (std::size_t i = 0; i < 3; ++i)
-                offset[i] = static_cast<double>(taken_from.position[i]) - static_cast<double>(from.position[i]);
+            for (std::size_t i = 0; i < 3; ++i) offset[i] = double{taken_from.position[i]} - from.position[i];
             for (std::size_t i = 0; i < 3; ++i)
                 for (std::size_t j = 0; j < 3; ++j) {
-                    offset_[i] += static_cast<double>(from.rotation[3 * j + i]) * offset[j];
+                    offset_[i] += from.rotation[3 * j + i] * offset[j];
                     for (std::size_t k = 0; k < 3; ++k)
-                        rotation_[3 * i + j] +=
-                            static_cast<double>(from.rotation[3 * k + i]) * static_cast<double>(taken_from.rotation[3 * k + j]);
+                        rotation_[3 * i + j] += double{from.rotation[3 * k + i]} * taken_from.rotation[3 * k + j];
                 }
         }
 
@@ -161,8 +158,8 @@ private:
             result.inverse_depth = -1 / seen[2];
             const double across = seen[0] * focal_ * result.inverse_depth, down = -seen[1] * focal_ * result.inverse_depth;
             if (!(std::abs(across) <= guard_band && std::abs(down) <= guard_band)) return false;
-            result.x = std::llround((x_ + across) * static_cast<double>(subsample_steps));
-            result.y = std::llround((y_ + down) * static_cast<double>(subsample_steps));
+            result.x = std::llround((x_ + across) * nearest_double(subsample_steps));
+            result.y = std::llround((y_ + down) * nearest_double(subsample_steps));
             return true;
         }
 
@@ -175,7 +172,7 @@ private:
     const graph& graph_;
     buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
     buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
-    buffer<std::uint8_t> drawn_;      // one a pixel
+    buffer<std::uint8_t> drawn_;      // one per pixel
 };
 
 /// The color at (u, v) of a pixel, from (0, 0) at its top left corner to (1, 1): bilinear between the centers of pixels that are
@@ -196,7 +193,7 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     const auto add = [&](std::int32_t other, float weight) {
         if (other == no_pixel || known[other] != known[pixel]) return;
         const auto color = layers.template at<color_column>(other);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(color[c]);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * color[c];
         total += weight;
     };
     add(pixel, (1 - weight_x) * (1 - weight_y));
@@ -204,7 +201,7 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     add(below, (1 - weight_x) * weight_y);
     add(diagonal, weight_x * weight_y);
     std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) result[c] = static_cast<std::uint8_t>(sum[c] / total + 0.5F);
+    for (std::size_t c = 0; c < 3; ++c) result[c] = rounded_mean(sum[c] / total);
     return result;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
 
@@ -13,7 +14,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
 inline constexpr std::int64_t subsample_steps = 256;
@@ -32,6 +33,13 @@ using screen_triangle = std::array<screen_vertex, 3>;
 /// Twice the area; positive if the triangle runs clockwise as seen on the screen.
 inline std::int64_t signed_area(const screen_triangle& t) {
     return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x);
+}
+
+/// Makes a triangle run clockwise. False if nothing of it is to be drawn: it has no area, or is seen from behind.
+inline bool turn_clockwise(screen_triangle& t, bool both_sides) {
+    const std::int64_t area = signed_area(t);
+    if (area < 0) std::swap(t[1], t[2]);
+    return area > 0 || (area < 0 && both_sides);
 }
 
 inline std::int64_t floor_division(std::int64_t a, std::int64_t positive) { return a / positive - (a % positive < 0 ? 1 : 0); }
@@ -68,9 +76,9 @@ struct screen_plane {
     double value, per_x, per_y;  ///< at the first vertex; change per sample
 
     screen_plane(const screen_triangle& t, double first, double second, double third) : value(first) {
-        const double x1 = static_cast<double>(t[1].x - t[0].x), y1 = static_cast<double>(t[1].y - t[0].y);
-        const double x2 = static_cast<double>(t[2].x - t[0].x), y2 = static_cast<double>(t[2].y - t[0].y);
-        const double scale = static_cast<double>(subsample_steps) / static_cast<double>(signed_area(t));
+        const double x1 = nearest_double(t[1].x - t[0].x), y1 = nearest_double(t[1].y - t[0].y);
+        const double x2 = nearest_double(t[2].x - t[0].x), y2 = nearest_double(t[2].y - t[0].y);
+        const double scale = nearest_double(subsample_steps) / nearest_double(signed_area(t));
         per_x = ((second - first) * y2 - (third - first) * y1) * scale;
         per_y = ((third - first) * x1 - (second - first) * x2) * scale;
     }
@@ -88,8 +96,8 @@ public:
           v_(t, t[0].v * t[0].inverse_depth, t[1].v * t[1].inverse_depth, t[2].v * t[2].inverse_depth),
           least_((std::min)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
           most_((std::max)({t[0].inverse_depth, t[1].inverse_depth, t[2].inverse_depth})),
-          x0_(static_cast<double>(t[0].x) / static_cast<double>(subsample_steps) - 0.5),
-          y0_(static_cast<double>(t[0].y) / static_cast<double>(subsample_steps) - 0.5) {}
+          x0_(nearest_double(t[0].x) / nearest_double(subsample_steps) - 0.5),
+          y0_(nearest_double(t[0].y) / nearest_double(subsample_steps) - 0.5) {}
 
     /// Rounding in slivers does not leave the triangle's range of depths.
     double inverse_depth(std::int64_t x, std::int64_t y) const { return std::clamp(at(inverse_, x, y), least_, most_); }
@@ -98,7 +106,7 @@ public:
 
 private:
     double at(const screen_plane& plane, std::int64_t x, std::int64_t y) const {
-        return plane.at(static_cast<double>(x) - x0_, static_cast<double>(y) - y0_);
+        return plane.at(nearest_double(x) - x0_, nearest_double(y) - y0_);
     }
 
     screen_plane inverse_, u_, v_;
@@ -115,10 +123,7 @@ struct camera_vertex {
 class projection {
 public:
     projection(const view& from, std::int32_t samples, float z_near)
-        : from_(from),
-          samples_(samples),
-          z_near_(static_cast<double>(z_near)),
-          slope_(guard_band / (static_cast<double>(from.camera.focal_length) * samples)) {}
+        : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
     /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
     void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
@@ -154,16 +159,14 @@ private:
     camera_vertex to_camera(const textured_mesh& mesh, std::size_t vertex) const {
         // In double precision, where no finite mesh overflows.
         std::array<double, 3> moved{};
-        for (std::size_t i = 0; i < 3; ++i)
-            moved[i] = static_cast<double>(mesh.positions[3 * vertex + i]) - static_cast<double>(from_.position[i]);
+        for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
         for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) seen[i] += static_cast<double>(from_.rotation[3 * j + i]) * moved[j];
-        return {seen, static_cast<double>(mesh.texture_coordinates[2 * vertex]),
-                static_cast<double>(mesh.texture_coordinates[2 * vertex + 1])};
+            for (std::size_t j = 0; j < 3; ++j) seen[i] += from_.rotation[3 * j + i] * moved[j];
+        return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1]};
     }
 
-    /// How far inside the near plane, or one side of the guard band, a vertex lies.
+    /// Distance of a vertex from the near plane, or from one side of the guard band; positive inside.
     double inside(const camera_vertex& v, int plane) const {
         const double depth = -v.position[2];
         switch (plane) {
@@ -199,8 +202,8 @@ private:
 
     screen_vertex to_screen(const camera_vertex& v) const {
         const double inverse_depth = -1 / v.position[2];
-        const double scale = static_cast<double>(from_.camera.focal_length) * inverse_depth;
-        const double steps = static_cast<double>(subsample_steps) * samples_;
+        const double scale = from_.camera.focal_length * inverse_depth;
+        const double steps = nearest_double(subsample_steps) * samples_;
         return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
                 std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps), inverse_depth, v.u, v.v};
     }

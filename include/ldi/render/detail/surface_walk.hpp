@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// One of the four triangles of a pixel, named by the side that it reaches.
 struct surface_triangle {
@@ -60,7 +60,7 @@ public:
                 if (holds_sample(clockwise, target_x, target_y)) return from;
             }
             const std::size_t entered = cross(from, exit);
-            if (from.pixel == no_pixel || !squares_.is_drawn(static_cast<std::size_t>(from.pixel))) return {};
+            if (from.pixel == no_pixel || !squares_.is_drawn(from.pixel)) return {};
             t = squares_.triangle(from.pixel, from.outer);
             for (std::size_t e = 0; e < 3; ++e)
                 if (e != entered && before_line(t[e]) != before_line(t[(e + 1) % 3])) exit = e;
@@ -75,7 +75,7 @@ private:
             from = {graph_.neighbor(from.pixel, from.outer), opposite(from.outer)};
             return 1;
         }
-        const std::size_t turn = edge == 0 ? 3 : 1;
+        const int turn = edge == 0 ? 3 : 1;
         from.outer = clockwise_sides[(clockwise_index(from.outer) + turn) % 4];
         return edge == 0 ? 2 : 0;
     }

@@ -14,7 +14,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi {
+namespace ldi::inline LDI_CONFIGURATION {
 
 /// Height and width of a tensor.
 struct tensor_size {

@@ -15,7 +15,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Rows of a tensor.
 struct row_range {

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <variant>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
 struct schedule_step {

@@ -4,42 +4,21 @@
 
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <type_traits>
 
-namespace ldi {
-
-/// A tensor that a convolution reads, possibly through a map: nearest upsampling without writing it out.
-///
-/// Value  what the weights' kernel reads: float, bfloat16 or std::uint8_t
-template <class Value>
-struct basic_convolution_source {
-    std::span<const Value> values;  ///< rows x channels
-    std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
-    std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
-    Value zero = {};                     ///< what stands for zero: of bytes their zero point
-
-    /// The row of a pixel that counts, or no_pixel.
-    std::int32_t row_of(std::int32_t pixel) const {
-        if (pixel == no_pixel) return no_pixel;
-        const std::int32_t row = rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
-        if (row == no_pixel || mask.empty() || mask[static_cast<std::size_t>(row)] != 0) return row;
-        return no_pixel;
-    }
-};
-
-using convolution_source = basic_convolution_source<float>;
+namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -74,7 +53,7 @@ template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
     using result_type = Result;
-    using source_type = basic_convolution_source<value_type>;
+    using source_type = basic_feature_view<value_type>;
 
     const convolution_plan& plan;
     const Weights& weights;
@@ -86,32 +65,6 @@ struct convolution_job {
 
     bool reads_memory_as_it_is() const { return sources.size() == 1 && sources[0].rows.empty() && sources[0].mask.empty(); }
 };
-
-/// Rows are short: a call of memmove() for each costs more than it copies.
-template <class Value>
-void copy_row(const Value* from, std::size_t count, Value* to) {
-    constexpr std::size_t step = 4;
-    std::size_t i = 0;
-    for (; i + step <= count; i += step) std::memcpy(to + i, from + i, step * sizeof(Value));
-    for (; i < count; ++i) to[i] = from[i];
-}
-
-/// Copies what a pixel holds, and returns how many of its channels count.
-template <class Value>
-std::size_t copy_pixel(std::span<const basic_convolution_source<Value>> sources, std::int32_t pixel, Value* to) {
-    std::size_t counted = 0;
-    for (const auto& source : sources) {
-        const std::int32_t row = source.row_of(pixel);
-        if (row == no_pixel) {
-            std::fill_n(to, source.channels, source.zero);
-        } else {
-            copy_row(source.values.data() + static_cast<std::size_t>(row) * source.channels, source.channels, to);
-            counted += source.channels;
-        }
-        to += source.channels;
-    }
-    return counted;
-}
 
 /// The working memory of a thread.
 template <class Job>
@@ -131,21 +84,19 @@ public:
     /// Computes those of the outputs [first, last) that are in the plan.
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
-        auto s = std::partition_point(plan.segments.begin(), plan.segments.end(),
-                                      [&](const convolution_plan::segment& c) { return c.first + c.count <= first; });
-        for (; s != plan.segments.end() && s->first < last; ++s) {
-            const std::int32_t from = (std::max)(first, s->first), to = (std::min)(last, s->first + s->count);
+        const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
+        std::size_t s = index_in(plan.segments, std::partition_point(plan.segments.begin(), plan.segments.end(), ends_before));
+        for (; s < plan.segments.size() && plan.segments[s].first < last; ++s) {
+            const convolution_plan::segment here = plan.segments[s];
+            const std::int32_t from = (std::max)(first, here.first), to = (std::min)(last, here.first + here.count);
             row_pixels rows{};
-            const std::size_t at = static_cast<std::size_t>(s - plan.segments.begin()) * k();
             for (std::size_t r = 0; r < k(); ++r)
-                rows[r] = plan.rows[at + r] + plan.stride * (from - s->first) - plan.kernel_size / 2;
+                rows[r] = plan.rows_of(s)[r] + plan.stride * (from - here.first) - plan.kernel_size / 2;
             run_segment(static_cast<std::size_t>(from), static_cast<std::size_t>(to - from), rows);
         }
-        const auto begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
-        const auto end = std::lower_bound(begin, plan.irregular.end(), last);
-        const std::size_t end_index = static_cast<std::size_t>(end - plan.irregular.begin());
-        for (std::size_t i = static_cast<std::size_t>(begin - plan.irregular.begin()); i < end_index; i += batch_)
-            run_irregular(i, (std::min)(batch_, end_index - i));
+        const std::int32_t* const begin = std::lower_bound(plan.irregular.begin(), plan.irregular.end(), first);
+        const std::size_t end = index_in(plan.irregular, std::lower_bound(begin, plan.irregular.end(), last));
+        for (std::size_t i = index_in(plan.irregular, begin); i < end; i += batch_) run_irregular(i, (std::min)(batch_, end - i));
     }
 
 private:
@@ -161,7 +112,12 @@ private:
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
     }
 
-    std::size_t k() const { return static_cast<std::size_t>(job_.plan.kernel_size); }
+    template <class T>
+    static std::size_t index_in(const buffer<T>& values, const T* place) {
+        return static_cast<std::size_t>(place - values.begin());
+    }
+
+    std::size_t k() const { return job_.plan.k(); }
     std::size_t stride() const { return static_cast<std::size_t>(job_.plan.stride); }
     result_type* result_of(std::size_t output) const { return job_.result.data() + output * job_.weights.outputs; }
 
@@ -172,16 +128,15 @@ private:
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
         for (std::size_t r = 0; r < k() && !source.mask.empty(); ++r) {
-            const auto row = source.mask.subspan(static_cast<std::size_t>(rows[r]) + first, pixels);
-            if (std::find(row.begin(), row.end(), std::uint8_t{0}) != row.end()) return false;
+            const std::uint8_t* const row = source.mask.data() + rows[r] + first;
+            if (std::find(row, row + pixels, std::uint8_t{0}) != row + pixels) return false;
         }
         return true;
     }
 
     void run_in_place(std::size_t output, std::size_t count, const row_pixels& rows, std::size_t first) {
         row_starts starts{};
-        for (std::size_t r = 0; r < k(); ++r)
-            starts[r] = job_.sources[0].values.data() + (static_cast<std::size_t>(rows[r]) + first) * job_.channels;
+        for (std::size_t r = 0; r < k(); ++r) starts[r] = job_.sources[0].values_of(rows[r]) + first * job_.channels;
         multiply(job_.weights, starts.data(), stride() * job_.channels, count, nullptr, result_of(output));
         if (!job_.result_mask.empty()) std::fill_n(job_.result_mask.data() + output, count, std::uint8_t{1});
     }
@@ -237,7 +192,7 @@ private:
     const float* ratios() const { return job_.is_partial ? ratios_.data() : nullptr; }
 
     float ratio(std::size_t counted) const {
-        return counted == 0 ? 0.0F : static_cast<float>(job_.plan.elements() * job_.channels) / static_cast<float>(counted);
+        return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
     /// Where the whole window is masked, not even the bias is left.
@@ -257,16 +212,16 @@ private:
 
 template <class Weights, class Result, executor Executor>
 void run_convolution(const convolution_plan& plan, const Weights& weights,
-                     std::span<const basic_convolution_source<typename Weights::value_type>> sources, bool is_partial,
+                     std::span<const basic_feature_view<typename Weights::value_type>> sources, bool is_partial,
                      std::span<Result> result, std::span<std::uint8_t> result_mask, Executor& threads) {
     std::size_t channels = 0;
     for (const auto& source : sources) {
         LDI_ASSERT(source.channels > 0 && source.values.size() % source.channels == 0);
-        LDI_ASSERT((source.rows.empty() ? source.values.size() / source.channels : source.rows.size()) == plan.input_count);
+        LDI_ASSERT(source.pixels() == plan.input_count);
         LDI_ASSERT(source.mask.empty() || source.mask.size() == source.values.size() / source.channels);
         channels += source.channels;
     }
-    LDI_ASSERT(weights.rows == static_cast<std::size_t>(plan.kernel_size) && weights.inputs == weights.rows * channels);
+    LDI_ASSERT(weights.rows == plan.k() && weights.inputs == weights.rows * channels);
     LDI_ASSERT(result.size() == plan.output_count * weights.outputs);
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};

@@ -10,39 +10,39 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::detail {
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// One bit for each pixel. Bits outside are zero.
 class pixel_bits {
 public:
     explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
 
-    std::size_t word_count() const { return words_.size() - 2; }
-    std::uint64_t& word(std::size_t index) { return words_[index + 1]; }
-    std::uint64_t word(std::size_t index) const { return words_[index + 1]; }
+    std::int32_t word_count() const { return words_.count() - 2; }
+    std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
+    std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
 
-    bool operator[](std::size_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
+    bool operator[](std::int32_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
 
     /// Bits i to i + 63; i from -64 to the last pixel.
-    std::uint64_t from(std::ptrdiff_t i) const {
-        const std::size_t at = static_cast<std::size_t>(i + 64), shift = at % 64;
+    std::uint64_t from(std::int32_t i) const {
+        const std::int32_t at = i + 64, shift = at % 64;
         const std::uint64_t low = words_[at / 64] >> shift;
         return shift == 0 ? low : low | words_[at / 64 + 1] << (64 - shift);
     }
 
     /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
-    void copy(std::size_t first, std::size_t count, const pixel_bits& source, std::size_t source_first) {
-        for (const std::size_t last = first + count; first < last;) {
-            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
-            const std::uint64_t bits = source.from(static_cast<std::ptrdiff_t>(source_first)) & ones(here);
+    void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - first % 64, last - first);
+            const std::uint64_t bits = source.from(source_first) & ones(here);
             word(first / 64) |= bits << (first % 64);
             first += here, source_first += here;
         }
     }
 
-    void set(std::size_t first, std::size_t count, bool value) {
-        for (const std::size_t last = first + count; first < last;) {
-            const std::size_t here = std::min<std::size_t>(64 - first % 64, last - first);
+    void set(std::int32_t first, std::int32_t count, bool value) {
+        for (const std::int32_t last = first + count; first < last;) {
+            const std::int32_t here = (std::min)(64 - first % 64, last - first);
             const std::uint64_t bits = ones(here) << (first % 64);
             word(first / 64) = value ? word(first / 64) | bits : word(first / 64) & ~bits;
             first += here;
@@ -54,7 +54,7 @@ public:
     }
 
 private:
-    static std::uint64_t ones(std::size_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
+    static std::uint64_t ones(std::int32_t count) { return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1; }
 
     buffer<std::uint64_t> words_;
 };
@@ -64,17 +64,19 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// All pixels that have a neighbor in the column `links`, in as few strips as can be.
-inline buffer<pixel_strip> strips_of(std::span<const std::int32_t> links) {
+/// All pixels that have a neighbor in a column of links, in as few strips as can be.
+inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& column) {
     buffer<pixel_strip> strips;
-    for (std::size_t i = 0; i < links.size();) {
+    const std::int32_t* const links = column.data();
+    const std::int32_t pixels = column.count();
+    for (std::int32_t i = 0; i < pixels;) {
         if (links[i] == no_pixel) {
             ++i;
             continue;
         }
-        const std::size_t first = i++;
-        while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
-        strips.push_back({static_cast<std::int32_t>(first), static_cast<std::int32_t>(i - first), links[first]});
+        const std::int32_t first = i++;
+        while (i < pixels && links[i] == links[i - 1] + 1) ++i;
+        strips.push_back({first, i - first, links[first]});
     }
     return strips;
 }
@@ -109,42 +111,39 @@ public:
     regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
-        : radius_(static_cast<std::size_t>(kernel_size / 2)), g_(g), regular_(g.size()), goes_on_(g.size()) {
+        : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbor lies next in memory
         for (const pixel_strip& strip : strips.right)
-            if (strip.target == strip.first + 1)
-                has_right.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), true);
+            if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
-        regular_.set(0, g.size(), true);
-        const std::ptrdiff_t r = static_cast<std::ptrdiff_t>(radius_);
-        for (std::size_t w = 0; w < regular_.word_count(); ++w)
-            for (std::ptrdiff_t x = -r; x < r; ++x) regular_.word(w) &= has_right.from(static_cast<std::ptrdiff_t>(w * 64) + x);
+        regular_.set(0, g.count(), true);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w)
+            for (std::int32_t x = -radius_; x < radius_; ++x) regular_.word(w) &= has_right.from(w * 64 + x);
         const pixel_bits ribs = regular_;
         follow(strips.up, ribs);
         follow(strips.down, ribs);
     }
 
-    bool contains(std::int32_t pixel) const { return regular_[static_cast<std::size_t>(pixel)]; }
+    bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
     /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
     /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
-        buffer<std::int32_t> firsts, lasts, rows(2 * radius_ + 1);
-        for (std::size_t w = 0; w < regular_.word_count(); ++w) {
-            const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(w * 64);
+        buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) {
+            const std::int32_t i = w * 64;
             append_set_bits(regular_.word(w) & ~(regular_.from(i - 1) & goes_on_.from(i - 1)), w, firsts);
             append_set_bits(regular_.word(w) & ~(regular_.from(i + 1) & goes_on_.word(w)), w, lasts);
         }
         for (std::size_t s = 0; s < firsts.size(); ++s) {
             rows[radius_] = firsts[s];
-            for (std::size_t n = 1; n <= radius_; ++n) {
+            for (std::int32_t n = 1; n <= radius_; ++n) {
                 rows[radius_ - n] = g_.neighbor(rows[radius_ - n + 1], side::up);
                 rows[radius_ + n] = g_.neighbor(rows[radius_ + n - 1], side::down);
             }
             const std::int32_t count = lasts[s] - firsts[s] + 1;
-            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows)))
-                regular_.set(static_cast<std::size_t>(firsts[s]), static_cast<std::size_t>(count), false);
+            if (!visit(firsts[s], count, std::span<const std::int32_t>(rows))) regular_.set(firsts[s], count, false);
         }
     }
 
@@ -152,23 +151,21 @@ public:
     template <class Visit>
     void for_each_other(Visit&& visit) const {
         buffer<std::int32_t> pixels;
-        for (std::size_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
+        for (std::int32_t w = 0; w < regular_.word_count(); ++w) append_set_bits(~regular_.word(w), w, pixels);
         for (const std::int32_t pixel : pixels)
-            if (static_cast<std::size_t>(pixel) < g_.size()) visit(pixel);
+            if (pixel < g_.count()) visit(pixel);
     }
 
 private:
-    static void append_set_bits(std::uint64_t bits, std::size_t word, buffer<std::int32_t>& pixels) {
-        for (; bits != 0; bits &= bits - 1)
-            pixels.push_back(static_cast<std::int32_t>(word * 64 + static_cast<std::size_t>(std::countr_zero(bits))));
+    static void append_set_bits(std::uint64_t bits, std::int32_t word, buffer<std::int32_t>& pixels) {
+        for (; bits != 0; bits &= bits - 1) pixels.push_back(word * 64 + std::countr_zero(bits));
     }
 
     /// Keeps the pixels with the half of the spine that leads to one side, and ribs along it.
     void follow(std::span<const pixel_strip> strips, const pixel_bits& ribs) {
         pixel_bits with_rib = ribs, side_by_side(g_.size());
-        for (const pixel_strip& strip : strips)
-            side_by_side.set(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count - 1), true);
-        for (std::size_t n = 1; n <= radius_; ++n) {
+        for (const pixel_strip& strip : strips) side_by_side.set(strip.first, strip.count - 1, true);
+        for (std::int32_t n = 1; n <= radius_; ++n) {
             with_rib = as_seen_from_neighbors(with_rib, strips);
             regular_.keep_common(with_rib);
             if (n > 1) side_by_side = as_seen_from_neighbors(side_by_side, strips);
@@ -179,14 +176,12 @@ private:
     /// At each pixel the bit of its neighbor, zero where there is none.
     pixel_bits as_seen_from_neighbors(const pixel_bits& bits, std::span<const pixel_strip> strips) const {
         pixel_bits seen(g_.size());
-        for (const pixel_strip& strip : strips)
-            seen.copy(static_cast<std::size_t>(strip.first), static_cast<std::size_t>(strip.count), bits,
-                      static_cast<std::size_t>(strip.target));
+        for (const pixel_strip& strip : strips) seen.copy(strip.first, strip.count, bits, strip.target);
         return seen;
     }
 
 private:
-    std::size_t radius_;
+    std::int32_t radius_;
     const graph& g_;
     pixel_bits regular_, goes_on_;
 };

@@ -1,0 +1,69 @@
+// What shows nothing when the camera is as far from the photo's place as it may go.
+#pragma once
+
+#include "metrics.hpp"
+
+#include <ldi/photo3d.hpp>
+#include <ldi/render/camera_paths.hpp>
+#include <ldi/render/motion.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi_quality {
+
+/// The farthest places to all sides, level with the photo's, before it and behind it, straight on too; and the ends of the paths.
+inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::photo_layers& layers) {
+    std::vector<std::pair<std::string, ldi::view>> result;
+    const auto add = [&](const std::string& name, const std::array<float, 3>& direction) {
+        const float far = 0.99F * layers.range.z_near;  // in front of what is nearest
+        ldi::view v;
+        v.camera = layers.camera;
+        v.position = ldi::within_motion({far * direction[0], far * direction[1], far * direction[2]}, layers.camera, layers.range,
+                                        layers.motion);
+        result.emplace_back(name, v);
+    };
+    for (const float forward : {-1.0F, 0.0F, 0.5F, 1.0F})
+        for (int i = 0; i < 8; ++i) {
+            const float angle = 0.785398163F * static_cast<float>(i);
+            add("aside " + std::to_string(45 * i) + ", forwards " + std::to_string(forward).substr(0, 4),
+                {std::cos(angle), std::sin(angle), -forward});
+        }
+    add("forwards", {0, 0, -1}), add("back", {0, 0, 1});
+    ldi::path_options options;
+    options.motion = layers.motion;
+    for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
+                                     {"swing", ldi::camera_path::swing},
+                                     {"zoom-in", ldi::camera_path::zoom_in},
+                                     {"dolly-zoom", ldi::camera_path::dolly_zoom}})
+        for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
+            result.emplace_back(name, ldi::view_on_path(path, layers.camera, layers.range, time, options));
+    return result;
+}
+
+struct extreme {
+    double uncovered = 0;  ///< share of what the frame leaves in sight
+    std::string where;
+};
+
+/// The worst of them.
+template <ldi::executor Executor>
+extreme worst_extreme(const ldi::photo3d& photo, Executor& threads) {
+    ldi::raster_options raster;
+    raster.z_near = 1e-3F * photo.layers.range.z_near;
+    extreme worst;
+    for (const auto& [name, from] : extreme_views(photo.layers)) {
+        // A hundredth less: frame_within() lets a pixel of the border be seen.
+        const float size = 0.99F * ldi::frame_within(std::span(&from, 1), photo.layers.camera, photo.layers.range);
+        const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, ldi::framed(from, size), raster, threads);
+        const double uncovered = 1 - share(seen.coverage);
+        if (uncovered > worst.uncovered) worst = {uncovered, name};
+    }
+    return worst;
+}
+
+}  // namespace ldi_quality

@@ -1,0 +1,59 @@
+// Pixels hold what you say they hold. A column of normals is added to the lifted photo; from there each stage carries it along,
+// also to the hidden pixels that expand() makes, and each vertex of the mesh knows the pixel whose normal it has. So the photo
+// can be lit by a lamp that was not there.
+#include "drawing.hpp"
+#include "sample.hpp"
+
+#include <ldi/mesh/build_mesh.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+/// A unit vector, towards the camera.
+struct normal {
+    using scalar = float;
+    static constexpr std::size_t channels = 3;
+};
+
+/// Of each pixel, from those that it is linked to.
+ldi::buffer<float> normals_of(const ldi::photo_layer& layer) {
+    const ldi::graph& g = layer.topology;
+    const auto place = [&](std::int32_t i) {
+        const learn::spot s = learn::spot_of(layer, i);
+        return layer.camera.unproject(s.x, s.y, layer.range.depth(s.disparity));
+    };
+    ldi::buffer<float> normals;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
+        const auto towards = [&](ldi::side s) { return place(g.neighbor(i, s) == ldi::no_pixel ? i : g.neighbor(i, s)); };
+        const auto l = towards(ldi::side::left), r = towards(ldi::side::right);
+        const auto u = towards(ldi::side::up), d = towards(ldi::side::down);
+        const float a[] = {r[0] - l[0], r[1] - l[1], r[2] - l[2]}, b[] = {u[0] - d[0], u[1] - d[1], u[2] - d[2]};
+        const float n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (const float c : n) normals.push_back(length > 0 ? c / length : 0);
+    }
+    return normals;
+}
+
+int main() {
+    const learn::sample photo = learn::load_sample(learn::archway, 1);
+    const ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
+    auto layer = ldi::add_column<normal>(lifted, normals_of(lifted));
+    const auto curves = ldi::find_discontinuity_curves(layer);
+    ldi::close_spurious_discontinuities(layer, curves);
+    auto layers = ldi::expand(std::move(layer), curves);
+    ldi::diffusion_inpainter{}.inpaint(layers);
+    const ldi::chart_set charts = ldi::make_charts(layers);
+    const ldi::textured_mesh mesh = ldi::build_mesh(layers, charts, ldi::make_atlas(layers, charts));
+
+    const auto lit = [&](std::uint32_t vertex) {  // by a lamp on the right, in warm light
+        const auto n = layers.at<normal>(mesh.pixels[vertex]);
+        const float light = (0.15F + (std::max)(0.85F * n[0] + 0.3F * n[1] + 0.4F * n[2], 0.0F)) / 255.0F;
+        const auto c = layers.at<ldi::color_column>(mesh.pixels[vertex]);
+        return std::array<float, 3>{1.2F * light * c[0], light * c[1], 0.7F * light * c[2]};
+    };
+    const learn::picture result = learn::side_by_side({photo.color, learn::draw_triangles(mesh, layers.camera, lit)});
+    std::printf("%zu normals, %zu of them of hidden pixels\n", layers.size(), layers.size() - lifted.size());
+    ldi::save_jpeg("02_your_own_payload.jpg", result);
+}

@@ -1,0 +1,56 @@
+// A U-Net on layered images. Its weights are set by hand instead of learned, so that one sees what it does: on the way down it
+// averages the colors that are known, on the way up it fills in what is not known from the coarser level. As it runs on links,
+// hidden surfaces get the colors of what they continue, and none of what hides them.
+#include "drawing.hpp"
+#include "sample.hpp"
+
+#include <ldi/nn/ldi/convolution_layer.hpp>
+
+#include <cstdio>
+
+struct unet {
+    ldi::convolution_layer encode, decode;  // one of each, used at every level
+
+    /// fine  what each pixel of g holds
+    ldi::feature_map operator()(const ldi::graph& g, const ldi::feature_map& fine, int levels) const {
+        if (levels == 0) return fine;
+        const ldi::coarsened half = ldi::coarsen(g);
+        const ldi::convolution_plan down = ldi::plan_convolution(g, 3, half), here = ldi::plan_convolution(g, 3);
+        const ldi::feature_map coarse = (*this)(half.topology, encode(down, fine), levels - 1);
+        return decode(here, {ldi::upsample(coarse, half.parent), fine});
+    }
+};
+
+unet averaging_unet() {
+    constexpr std::size_t k = 9, c = 4;
+    ldi::buffer<float> down(c * c * k), up(c * 2 * c * k), bias(c);
+    for (std::size_t i = 0; i < c; ++i) {
+        for (std::size_t e = 0; e < k; ++e) {
+            down[(i * c + i) * k + e] = 1.0F / k;
+            up[(i * 2 * c + i) * k + e] = 1e-3F / k;  // of the coarser level a little, which counts where nothing else is
+        }
+        up[(i * 2 * c + c + i) * k + k / 2] = 1.0F;  // of this level all
+    }
+    return {ldi::convolution_layer(down, bias, {.after = ldi::relu}), ldi::convolution_layer(up, bias, {.after = ldi::relu})};
+}
+
+int main() {
+    const ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::archway, 2), 30);
+    ldi::feature_map input(layers.size(), 4);  // red, green, blue, known; all 0 where nothing is known
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
+        const float known = layers.column<ldi::known_column>()[i];
+        for (std::size_t c = 0; c < 3; ++c) input.at(i)[c] = known * layers.at<ldi::color_column>(i)[c] / 255.0F;
+        input.at(i)[3] = known;
+    }
+    const ldi::feature_map output = averaging_unet()(layers.topology, input, 5);
+
+    const auto behind = [&](const ldi::feature_map& colors) {
+        return learn::seen(layers, true, [&](std::int32_t i) {
+            const auto c = colors.at(i);
+            return learn::rgb{learn::byte_of(c[0] / c[3]), learn::byte_of(c[1] / c[3]), learn::byte_of(c[2] / c[3])};
+        });
+    };
+    const auto front = learn::seen(layers, false, [&](std::int32_t i) { return learn::color_of(layers, i); });
+    std::printf("%zu values for each of %zu pixels\n", output.channels, output.pixels());
+    ldi::save_jpeg("05_a_unet.jpg", learn::side_by_side({front, behind(input), behind(output)}));
+}

@@ -1,0 +1,27 @@
+// A layered image has places with several pixels, a texture has not. So it is cut into charts, in each of which every place has
+// one pixel at most, and these are packed into an atlas, with a rim of padding for filters and JPEG. Left the charts as the photo
+// sees them, then the atlas, then where its colors come from: the photo, inpainting (dark blue), padding (pink, red, green).
+#include "drawing.hpp"
+#include "sample.hpp"
+
+#include <examples/photo3d/stage_pictures.hpp>
+#include <ldi/charts/charts.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/texture/atlas.hpp>
+
+#include <cstdio>
+
+int main() {
+    ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::archway, 2), 30);
+    ldi::diffusion_inpainter{}.inpaint(layers);
+
+    const ldi::chart_set charts = ldi::make_charts(layers);
+    const ldi::texture_atlas atlas = ldi::make_atlas(layers, charts);
+
+    std::printf("%zu pixels in %zu charts; the atlas has %zu x %zu texels, %.0f %% of them pixels\n", layers.size(),
+                charts.charts.size(), atlas.color.width(), atlas.color.height(), 100.0 * double{atlas.fill});
+    const auto by_chart = learn::seen(layers, false, [&](std::int32_t i) {
+        return ldi::examples::distinct_color(static_cast<std::size_t>(charts.chart_of[i]));
+    });
+    ldi::save_jpeg("07_charts_and_atlas.jpg", learn::side_by_side({by_chart, atlas.color, ldi::examples::kind_picture(atlas)}));
+}

@@ -1,0 +1,59 @@
+// A mesh is V, F and UV to Eigen, in its own memory and in libigl's convention: a row a vertex, a row a triangle. Here its area,
+// and the planes of the wall and of the table by least squares.
+#include "sample.hpp"
+
+#include <ldi/adapt/eigen.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+/// The unit normal of the plane through points, and how far they are from it, root mean square.
+std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) {
+    const Eigen::MatrixX3f around = points.rowwise() - points.colwise().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(around.transpose() * around);
+    const float squares = (std::max)(axes.eigenvalues()(0), 0.0F);
+    return {axes.eigenvectors().col(0), std::sqrt(squares / static_cast<float>(points.rows()))};
+}
+
+int main() {
+    const learn::sample photo = learn::load_sample(learn::everything, 4);
+    ldi::photo3d_options options;
+    options.focal_length_35mm = 32.55F;  // the sample's camera, and the distances that its disparities 1 and 0 stand for
+    options.normalize = {.clipped_share = 0, .is_inverse_depth = false, .assumed_range = {0.687F, 2.047F}};
+    const ldi::photo3d made =
+        ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options);
+
+    const ldi::position_map V = ldi::positions(made.mesh);  // no copy
+    const ldi::triangle_map F = ldi::triangles(made.mesh);
+    const ldi::texture_coordinate_map UV = ldi::texture_coordinates(made.mesh);
+    std::printf("V %ld x 3, F %ld x 3, UV %ld x 2\n", V.rows(), F.rows(), UV.rows());
+
+    float area = 0;
+    for (Eigen::Index t = 0; t < F.rows(); ++t) {
+        const Eigen::Vector3f a = V.row(F(t, 0)), b = V.row(F(t, 1)), c = V.row(F(t, 2));
+        area += 0.5F * (b - a).cross(c - a).norm();
+    }
+    std::printf("area %.2f square meters\n", area);
+
+    // Each vertex knows its pixel: those of the wall are farthest, and right of the book the table's front edge is bare.
+    Eigen::Vector3f normals[2];
+    for (const bool wall : {true, false}) {
+        std::vector<Eigen::Index> chosen;
+        for (Eigen::Index v = 0; v < V.rows(); ++v) {
+            const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology.x[pixel], y = made.layers.topology.y[pixel];
+            const float disparity = made.layers.column<ldi::disparity_column>()[pixel];
+            if (wall ? disparity < 0.05F && y < 220 : x > 115 && y > 358) chosen.push_back(v);
+        }
+        const auto [normal, rms] = plane_through(V(chosen, Eigen::all));
+        std::printf("%s: %zu vertices, %.1f mm from their plane (rms)\n", wall ? "wall " : "table", chosen.size(), 1000 * rms);
+        normals[wall] = normal;
+    }
+    std::printf("they stand at %.1f degrees to each other\n", 57.29578F * std::acos(std::abs(normals[0].dot(normals[1]))));
+}

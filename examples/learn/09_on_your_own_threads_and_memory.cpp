@@ -1,0 +1,59 @@
+// A whole 3D photo in memory, as an engine makes one: pixels in, the bytes of a GLB file out, on the engine's threads, in the
+// engine's memory, within its budget. Nothing touches a file but this lesson, which wants to show something.
+#include "sample.hpp"
+
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+/// Your job system: two members are all that ldi asks for.
+struct engine_jobs {
+    std::size_t concurrency() const { return 2; }
+    void run(std::size_t count, void (*function)(void*, std::size_t), void* data) const {
+        std::atomic<std::size_t> next{0};
+        const auto work = [&] {
+            for (std::size_t i; (i = next++) < count;) function(data, i);
+        };
+        std::thread helper(work);
+        work();
+        helper.join();
+    }
+};
+
+/// Your allocator, with a budget. Where it says no, std::bad_alloc is thrown, and all that a stage had is given back.
+struct engine_heap {
+    std::atomic<std::size_t> used{0}, peak{0}, budget{256 << 20};
+
+    static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
+        engine_heap& heap = *static_cast<engine_heap*>(context);
+        if ((heap.used += bytes) > heap.budget) return heap.used -= bytes, nullptr;
+        for (std::size_t peak = heap.peak; peak < heap.used && !heap.peak.compare_exchange_weak(peak, heap.used);) continue;
+        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    }
+    static void release(void* context, void* block, std::size_t bytes) {
+        static_cast<engine_heap*>(context)->used -= bytes;
+        std::free(block);
+    }
+};
+
+int main() {
+    const learn::sample photo = learn::load_sample(learn::everything, 4);
+    engine_heap heap;
+    const ldi::memory memory{&heap, engine_heap::allocate, engine_heap::release};
+    const ldi::memory_scope scope(memory);
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = false;  // the sample's disparity goes down to 0
+    const ldi::photo3d made =
+        ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options, engine_jobs{});
+    const ldi::buffer<std::byte> file = ldi::encode_glb(
+        made.mesh, made.atlas.color, {.camera = made.layers.camera, .motion = made.layers.motion, .range = made.layers.range});
+    std::printf("%zu triangles in %zu bytes of GLB; at most %zu kB of the engine's memory at a time\n",
+                made.mesh.triangle_count(), file.size(), heap.peak / 1024);
+    ldi::write_file("09_on_your_own_threads_and_memory.glb", file);
+}

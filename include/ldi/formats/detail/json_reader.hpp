@@ -1,0 +1,287 @@
+// Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
+// the caller allows and strings that are not UTF-8 are refused.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/printable.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+enum class json_kind { none, null, boolean, number, string, array, object };
+
+/// A value as it stands in its text, without the white space around it.
+struct json_value {
+    json_kind kind = json_kind::none;
+    std::string_view text = "nothing";
+};
+
+/// Is told of the parts of an object or array. A pointer, so that the reader is compiled once.
+using json_visitor = void (*)(void* to, std::string_view name, const json_value& value);
+
+/// 0 to 15, or 16 for what is no hexadecimal digit.
+inline std::uint32_t hexadecimal_value(char c) {
+    if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
+    if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
+    return c >= 'A' && c <= 'F' ? static_cast<std::uint32_t>(c - 'A') + 10 : 16;
+}
+
+/// Appends what a checked string, given with its quotes, stands for.
+inline void append_unescaped(std::string_view written, buffer<char>& to) {
+    const auto code_at = [&](std::size_t i) {
+        std::uint32_t code = 0;
+        for (std::size_t digit = 0; digit < 4; ++digit) code = code * 16 + hexadecimal_value(written[i + digit]);
+        return code;
+    };
+    for (std::size_t i = 1; i + 1 < written.size(); ++i) {
+        if (written[i] != '\\') {
+            to.push_back(written[i]);
+            continue;
+        }
+        const char escape = written[++i];
+        if (escape != 'u') {
+            constexpr std::string_view escapes = "bfnrt", meant = "\b\f\n\r\t";
+            const std::size_t found = escapes.find(escape);
+            to.push_back(found == std::string_view::npos ? escape : meant[found]);
+            continue;
+        }
+        std::uint32_t code = code_at(i + 1);
+        i += 4;
+        if (code >= 0xD800 && code < 0xDC00) {
+            code = 0x10000 + ((code - 0xD800) << 10) + (code_at(i + 3) - 0xDC00);
+            i += 6;
+        }
+        const auto put = [&](std::uint32_t byte) { to.push_back(static_cast<char>(byte)); };
+        if (code < 0x80) {
+            put(code);
+        } else {
+            const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+            put((0xFF00U >> (more + 1) & 0xFF) | code >> (6 * more));
+            for (int rest = more - 1; rest >= 0; --rest) put(0x80 | (code >> (6 * rest) & 0x3F));
+        }
+    }
+}
+
+/// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
+class json_reader {
+public:
+    /// most_depth  how deep objects and arrays may stand in each other
+    json_reader(std::string_view text, int most_depth, std::string where)
+        : text_(text), most_depth_(most_depth), where_(std::move(where)) {}
+
+    /// The one object that the text consists of.
+    json_value whole_object() {
+        skip_space();
+        if (peek() != '{') fail("a JSON object");
+        const json_value result = read_value(0);
+        skip_space();
+        if (at_ != text_.size()) fail("nothing after the JSON object");
+        return result;
+    }
+
+    /// Calls visit(to, name as it is written, value) for the members of the object that the text begins with.
+    void walk_object(int depth, json_visitor visit, void* to) {
+        names seen;
+        enter(depth);
+        for (bool first = true; !leave('}', first, "a name or } in a JSON object"); first = false) {
+            if (peek() != '"') fail("a name in a JSON object");
+            const std::string_view name = read_string();
+            seen.add(name);
+            skip_space();
+            if (peek() != ':') fail("a colon after a name");
+            ++at_;
+            skip_space();
+            const json_value value = read_value(depth + 1);
+            if (visit != nullptr) visit(to, name, value);
+        }
+        seen.check(where_);
+    }
+
+    /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
+    void walk_array(int depth, json_visitor visit, void* to) {
+        enter(depth);
+        for (bool first = true; !leave(']', first, "a value or ] in a JSON array"); first = false) {
+            const json_value value = read_value(depth + 1);
+            if (visit != nullptr) visit(to, {}, value);
+        }
+    }
+
+private:
+    /// The names of one object, to find one that comes twice.
+    class names {
+    public:
+        void add(std::string_view written) {
+            append_unescaped(written, letters_);
+            ends_.push_back(letters_.size());
+        }
+        void check(const std::string& where) const {
+            buffer<std::string_view> sorted;
+            for (std::size_t i = 0; i < ends_.size(); ++i) {
+                const std::size_t begin = i == 0 ? 0 : ends_[i - 1];
+                sorted.emplace_back(letters_.data() + begin, ends_[i] - begin);
+            }
+            std::sort(sorted.begin(), sorted.end());
+            const std::string_view* const twice = std::adjacent_find(sorted.begin(), sorted.end());
+            if (twice != sorted.end()) raise(error_code::invalid_data, where, "every name once", printable(*twice) + " twice");
+        }
+
+    private:
+        buffer<char> letters_;
+        buffer<std::size_t> ends_;
+    };
+
+    [[noreturn]] void fail(const char* expected) const {
+        raise(error_code::invalid_data, where_ + ", byte " + std::to_string(at_) + " of its JSON", expected,
+              at_ == text_.size() ? "the end" : printable(text_.substr(at_, 1)));
+    }
+
+    /// The next byte; 0, which stands nowhere in JSON, at the end.
+    char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+
+    void skip_space() {
+        while (peek() == ' ' || peek() == '\t' || peek() == '\n' || peek() == '\r') ++at_;
+    }
+
+    void enter(int depth) {
+        if (depth >= most_depth_)
+            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(most_depth_) + " deep",
+                  "deeper nesting");
+        ++at_;
+    }
+
+    /// Whether the object or array ends here; if not, stands before its next part.
+    bool leave(char closing, bool first, const char* expected) {
+        skip_space();
+        if (peek() == closing) {
+            ++at_;
+            return true;
+        }
+        if (first) {
+            if (peek() == '\0') fail(expected);
+            return false;
+        }
+        if (peek() != ',') fail(closing == '}' ? "a comma or } in a JSON object" : "a comma or ] in a JSON array");
+        ++at_;
+        skip_space();
+        return false;
+    }
+
+    json_value read_value(int depth) {
+        const std::size_t begin = at_;
+        json_kind kind = json_kind::number;
+        switch (peek()) {
+            case '{': kind = json_kind::object, walk_object(depth, nullptr, nullptr); break;
+            case '[': kind = json_kind::array, walk_array(depth, nullptr, nullptr); break;
+            case '"': kind = json_kind::string, read_string(); break;
+            case 't': kind = json_kind::boolean, read_word("true"); break;
+            case 'f': kind = json_kind::boolean, read_word("false"); break;
+            case 'n': kind = json_kind::null, read_word("null"); break;
+            default: read_number();
+        }
+        return {kind, text_.substr(begin, at_ - begin)};
+    }
+
+    void read_word(std::string_view word) {
+        if (text_.substr(at_, word.size()) != word) fail("a JSON value");
+        at_ += word.size();
+    }
+
+    void read_digits(const char* expected) {
+        if (peek() < '0' || peek() > '9') fail(expected);
+        while (peek() >= '0' && peek() <= '9') ++at_;
+    }
+
+    void read_number() {
+        const bool negative = peek() == '-';
+        if (negative) ++at_;
+        if (peek() == '0')
+            ++at_;
+        else
+            read_digits(negative ? "a digit" : "a JSON value");
+        if (peek() == '.') {
+            ++at_;
+            read_digits("a digit after the point");
+        }
+        if (peek() == 'e' || peek() == 'E') {
+            ++at_;
+            if (peek() == '+' || peek() == '-') ++at_;
+            read_digits("a digit of an exponent");
+        }
+    }
+
+    /// A string with its quotes.
+    std::string_view read_string() {
+        const std::size_t begin = at_++;
+        while (peek() != '"') {
+            if (at_ == text_.size()) fail("a quote that ends a string");
+            if (peek() == '\\')
+                read_escape();
+            else
+                read_character();
+        }
+        ++at_;
+        return text_.substr(begin, at_ - begin);
+    }
+
+    void read_escape() {
+        ++at_;
+        if (peek() != 'u') {
+            if (std::string_view("\"\\/bfnrt").find(peek()) == std::string_view::npos) fail("an escape that JSON has");
+            ++at_;
+            return;
+        }
+        const std::uint32_t code = read_code();
+        if (code >= 0xDC00 && code < 0xE000) fail("the first half of a pair of escapes before the second");
+        if (code < 0xD800 || code >= 0xDC00) return;
+        if (peek() != '\\') fail("the second half of a pair of escapes");
+        ++at_;
+        if (peek() != 'u') fail("the second half of a pair of escapes");
+        const std::uint32_t second = read_code();
+        if (second < 0xDC00 || second >= 0xE000) fail("the second half of a pair of escapes");
+    }
+
+    /// The four digits after the u of an escape.
+    std::uint32_t read_code() {
+        std::uint32_t code = 0;
+        for (int digit = 0; digit < 4; ++digit) {
+            ++at_;
+            const std::uint32_t value = hexadecimal_value(peek());
+            if (value == 16) fail("four hexadecimal digits");
+            code = code * 16 + value;
+        }
+        ++at_;
+        return code;
+    }
+
+    /// One character of UTF-8 (RFC 3629): the shortest form of a code point that is not half of a pair.
+    void read_character() {
+        const auto byte = [&](std::size_t i) {
+            return at_ + i < text_.size() ? static_cast<unsigned>(static_cast<unsigned char>(text_[at_ + i])) : 0U;
+        };
+        const unsigned lead = byte(0);
+        if (lead < 0x20) fail("no control characters in a string");
+        const std::size_t more = lead < 0x80 ? 0 : lead < 0xE0 ? 1 : lead < 0xF0 ? 2 : 3;
+        bool good = more == 0 || (lead >= 0xC2 && lead <= 0xF4);
+        for (std::size_t i = 1; i <= more; ++i) good = good && (byte(i) & 0xC0) == 0x80;
+        if (lead == 0xE0) good = good && byte(1) >= 0xA0;
+        if (lead == 0xED) good = good && byte(1) < 0xA0;
+        if (lead == 0xF0) good = good && byte(1) >= 0x90;
+        if (lead == 0xF4) good = good && byte(1) < 0x90;
+        if (!good) fail("UTF-8");
+        at_ += 1 + more;
+    }
+
+    std::string_view text_;
+    std::size_t at_ = 0;
+    int most_depth_;
+    std::string where_;
+};
+
+}  // namespace ldi::detail

@@ -1,0 +1,29 @@
+// What a kernel of kernels/add_u8.hpp is given and has to do.
+#pragma once
+
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/requantize.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Only prepare_add_u8() makes sound ones.
+struct add_u8_constants {
+    isa target = isa::scalar;
+    quantized_addition exact;
+    /// Not used by scalar and NEON: `clamp(round_to_even(fma(a, a_scale, fma(b, b_scale, offset))))`.
+    float a_scale = 0, b_scale = 0, offset = 0;
+};
+
+/// One instruction set's kernel: a row of `add_u8_kernels`.
+struct add_u8_kernel {
+    isa set;
+    bool is_integer;  ///< computes `exact`, not the float form
+    /// As add_u8() of kernels/add_u8.hpp.
+    void (*run)(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
+                std::uint8_t* result);
+};
+
+}  // namespace ldi

@@ -1,0 +1,67 @@
+// kernels/conv_f32.hpp with AVX-512.
+#pragma once
+
+#include <ldi/kernels/detail/conv_avx512.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <span>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    detail::append_conv_panels<1>(packed, weights, bias, conv_half, conv_most_halves);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+struct conv_f32_kernel {
+    static constexpr std::size_t group = 1;  // inputs that are multiplied together
+
+    [[gnu::always_inline]] static float load(const float* input) { return *input; }
+
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums, float input,
+                                                    const conv_lanes<sizeof...(v), half>& weights) {
+        if constexpr (sizeof...(v) == 0) {
+            sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
+        } else {
+            __m512 x = _mm512_set1_ps(input);
+            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
+            ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
+            if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
+        }
+    }
+
+    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                             __m512 values) {
+        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    }
+
+    template <std::size_t half, std::size_t... v>
+    [[gnu::always_inline]] static void finish(std::index_sequence<v...> vectors, const conv_lanes<sizeof...(v), half>& sums,
+                                              const conv_panel_output<float>& out, std::size_t pixel) {
+        finish_floats<conv_f32_kernel, half>(vectors, sums, out, pixel);
+    }
+
+    template <std::size_t half, class Pixels, class Vectors>
+    static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input, std::size_t first_pixel,
+                     const conv_panel_output<float>& out) {
+        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, out);
+    }
+};
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    conv_panels<conv_f32_kernel>(
+        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif

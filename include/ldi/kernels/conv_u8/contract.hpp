@@ -1,0 +1,94 @@
+// What a kernel of kernels/conv_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/kernels/detail/conv_weights.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The largest absolute value of a weight. Two products of a weight and an unsigned byte then add up in 16 bits, which is what
+/// AVX2 multiplies bytes with.
+inline constexpr std::int32_t largest_conv_u8_weight = 63;
+/// Inputs of all stretches together: sums stay in 32 bits.
+inline constexpr std::size_t most_conv_u8_inputs = std::size_t{1} << 17;
+
+/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes sound ones.
+struct conv_u8_weights {
+    using value_type = std::uint8_t;  ///< of the inputs
+
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    std::uint8_t result_zero_point = 0;
+    buffer<std::int8_t> values;
+    buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    buffer<float> scales, bias;
+};
+
+/// One instruction set's kernel: a row of `conv_u8_kernels`.
+struct conv_u8_kernel {
+    isa set;
+    /// Fills `values`, `offsets`, `scales` and `bias`; all else is there. As pack_conv_u8() of kernels/conv_u8.hpp.
+    void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                 std::span<const float> scales, std::span<const float> bias);
+    /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
+    void (*run)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                const float* ratios, std::uint8_t* result);
+    void (*run_to_float)(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride,
+                         std::size_t pixels, const float* ratios, float* result);
+};
+
+/// What a kernel does with the sums of one panel.
+template <class Result>
+struct conv_u8_panel_output {
+    const std::int32_t* offsets;
+    const float *scales, *bias, *ratios;
+    float negative_slope, zero_point;
+    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t count;   ///< outputs from here on, to the last of the layer
+    Result* values;
+
+    conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
+        : offsets(weights.offsets.data()),
+          scales(weights.scales.data()),
+          bias(weights.bias.data()),
+          ratios(of_pixels),
+          negative_slope(weights.negative_slope),
+          zero_point(std::is_same_v<Result, float> ? 0.0F : weights.result_zero_point),
+          stride(weights.outputs),
+          count(weights.outputs),
+          values(result) {}
+
+    /// Goes on to the next panel.
+    void skip(std::size_t lanes) {
+        offsets += lanes, scales += lanes, bias += lanes, values += lanes;
+        count -= lanes < count ? lanes : count;
+    }
+};
+
+namespace detail {
+
+/// As append_conv_panels() does it.
+///
+/// zero_points  of the inputs of a stretch
+template <std::size_t group>
+inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
+                                  std::span<const std::uint8_t> zero_points, std::span<const float> scales,
+                                  std::span<const float> bias, std::size_t lanes, std::size_t most_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+    const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
+    packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        packed.scales[o] = scales[o], packed.bias[o] = bias[o];
+        for (std::size_t i = 0; i < packed.rows * packed.inputs; ++i)
+            packed.offsets[o] -= weights[o * packed.rows * packed.inputs + i] * zero_points[i % packed.inputs];
+    }
+}
+
+}  // namespace detail
+}  // namespace ldi

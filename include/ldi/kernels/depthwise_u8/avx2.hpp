@@ -1,0 +1,267 @@
+// kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
+//
+// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
+// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
+// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
+//
+// A column is interleaved once, in registers, and at once added to every window that it belongs to.
+#pragma once
+
+#include <ldi/kernels/depthwise_u8/avx2_packing.hpp>
+#include <ldi/kernels/depthwise_u8/stretches.hpp>
+#include <ldi/kernels/detail/lanes_avx2.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+/// One column of the window, interleaved, or one sum for each of 32 channels.
+struct depthwise_vectors {
+    __m256i v[4];
+};
+
+/// The three rows at `channels` channels of each of 32 / channels stretches.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<32 / channels> position;
+    std::size_t held;  ///< of 16 channels
+
+    /// 16 channels.
+    [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
+        if (held == 16) return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+        if (held == 8) return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from));
+        alignas(16) std::uint8_t bytes[16] = {};
+        std::memcpy(bytes, from, held);
+        return _mm_load_si128(reinterpret_cast<const __m128i*>(bytes));
+    }
+    /// 32 bytes of one row.
+    [[gnu::always_inline]] __m256i load(std::size_t row, std::size_t offset) const {
+        if constexpr (channels == 32)
+            return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset)));
+        else
+            return _mm256_inserti128_si256(_mm256_castsi128_si256(load_half(position.find(row, 0, offset))),
+                                           load_half(position.find(row, 1, offset)), 1);
+    }
+
+    /// `offset` bytes further on.
+    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
+        const __m256i a = load(0, offset), b = load(1, offset), c = load(2, offset);
+        const __m256i ab_low = _mm256_unpacklo_epi8(a, b), ab_high = _mm256_unpackhi_epi8(a, b);
+        const __m256i cb_low = _mm256_unpacklo_epi8(c, b), cb_high = _mm256_unpackhi_epi8(c, b);
+        return {{_mm256_unpacklo_epi16(ab_low, cb_low), _mm256_unpackhi_epi16(ab_low, cb_low),
+                 _mm256_unpacklo_epi16(ab_high, cb_high), _mm256_unpackhi_epi16(ab_high, cb_high)}};
+    }
+};
+
+/// The weights of one unit.
+template <bool has_further_terms>
+struct depthwise_sums {
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::size_t terms;
+
+    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<0>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<1>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<2>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors start() const {
+        const __m256i* const from = reinterpret_cast<const __m256i*>(bias);
+        return {{_mm256_load_si256(from), _mm256_load_si256(from + 1), _mm256_load_si256(from + 2), _mm256_load_si256(from + 3)}};
+    }
+
+private:
+    [[gnu::always_inline]] static __m256i add(__m256i sum, __m256i column, const std::int8_t* at) {
+        const __m256i pairs = _mm256_maddubs_epi16(column, _mm256_load_si256(reinterpret_cast<const __m256i*>(at)));
+        return _mm256_add_epi32(sum, _mm256_madd_epi16(pairs, _mm256_set1_epi16(1)));
+    }
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        depthwise_vectors result = sum;
+        const std::int8_t* at = weights + k * 128;
+        std::size_t rest = has_further_terms ? terms : 1;
+        do {
+            result.v[0] = add(result.v[0], column.v[0], at), result.v[1] = add(result.v[1], column.v[1], at + 32);
+            result.v[2] = add(result.v[2], column.v[2], at + 64), result.v[3] = add(result.v[3], column.v[3], at + 96);
+            at += 3 * 128;
+        } while (has_further_terms && --rest > 0);
+        return result;
+    }
+};
+
+/// The rows of the result, and where the stretches begin in them.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[32 / channels];
+    std::size_t held;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
+        const __m256i bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        if constexpr (channels == 32) {
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), bytes);
+        } else {
+            store_first(at[0] + offset, bytes, held);
+            store_first(at[1] + offset, _mm256_permute2x128_si256(bytes, bytes, 1), held);
+        }
+    }
+};
+
+/// Computes one unit.
+template <std::size_t channels, bool has_further_terms>
+struct depthwise_run {
+    detail::depthwise_stretches<32 / channels> stretches;
+    depthwise_sums<has_further_terms> packed;
+    std::size_t pixel_stride, held;
+
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums, std::size_t first_channel,
+                  std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(sums),
+          pixel_stride(call.weights.channels),
+          held(pixel_stride < 16 ? pixel_stride : 16) {}
+
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        return {stretches.at(column, scale), held};
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), held}; }
+    depthwise_result<channels> result_at(std::size_t scale) const {
+        depthwise_result<channels> found{{}, held, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < 32 / channels; ++s) found.at[s] = stretches.result(s, scale);
+        return found;
+    }
+
+    /// Each column ends one window, is the middle of the next and begins the one after it.
+    void stride_1() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    void stride_2() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
+    /// around its own halves, and begins the one around the first half of the column behind it.
+    void enlarged_twice() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(2);
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+    }
+
+    /// Any stride and repetition: three columns for each window.
+    void any() const {
+        const depthwise_sums<has_further_terms> sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_result<channels> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+};
+
+template <std::size_t channels, bool has_further_terms>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
+                              std::size_t first_channel) {
+    using run = depthwise_run<channels, has_further_terms>;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
+    if (stride == 1 && call.repeat == 1)
+        run(call, sums, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        run(call, sums, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        run(call, sums, first_channel, call.width).enlarged_twice();
+    else
+        run(call, sums, first_channel, result_width).any();
+}
+
+template <bool has_further_terms>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
+                              const detail::depthwise_unit& unit) {
+    if (unit.channels == 32)
+        depthwise_u8_unit<32>(call, sums, unit.first);
+    else
+        depthwise_u8_unit<16>(call, sums, unit.first);
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
+    const std::int8_t* values = weights.narrow.data();
+    const std::int32_t* bias = weights.bias.data();
+    const std::uint32_t* terms = weights.order.data();
+    for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
+        if (*terms == 1)
+            depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
+        else
+            depthwise_u8_unit(call, depthwise_sums<true>{values, bias, *terms}, unit);
+        values += *terms * 3 * 128;
+        done = unit.end();
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif

@@ -1,0 +1,60 @@
+// How weights lie for depthwise_u8/avx2.hpp: split so that no sum of 16 bits can saturate (detail/unsaturated_pairs.hpp).
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/kernels/depthwise_u8/contract.hpp>
+#include <ldi/kernels/depthwise_u8/stretches.hpp>
+#include <ldi/kernels/detail/unsaturated_pairs.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
+
+inline constexpr std::size_t depthwise_most_channels = 32;  ///< of a unit
+
+/// The weights of one channel in one column, still to be multiplied.
+struct depthwise_rest {
+    int rows[3];
+
+    bool is_zero() const { return rows[0] == 0 && rows[1] == 0 && rows[2] == 0; }
+    void take(std::int8_t* four) {
+        sum_room low, high;
+        four[0] = low.take(rows[0]), four[2] = high.take(rows[2]);
+        four[1] = low.take(rows[1]), four[3] = high.take(rows[1]);
+    }
+};
+
+/// Unit by unit: in `order` its number of terms; in `narrow` term by term, column by column of the window, 4 vectors of 8
+/// channels x 4 bytes: of each 16 channels that a 128-bit lane holds, 4 in each vector.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    for (std::size_t done = 0; done < packed.channels;) {
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        std::size_t channel[32];
+        for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
+        buffer<depthwise_rest> rest;
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c : channel) {
+                depthwise_rest weights{{0, 0, 0}};
+                for (std::size_t row = 0; row < 3 && c < packed.channels; ++row)
+                    weights.rows[row] = sign * source.weight(c, row * 3 + column);
+                rest.push_back(weights);
+            }
+        std::uint32_t terms = 0;
+        while (terms == 0 || !std::all_of(rest.begin(), rest.end(), [](const depthwise_rest& r) { return r.is_zero(); })) {
+            for (depthwise_rest& weights : rest) {
+                std::int8_t four[4];
+                weights.take(four);
+                packed.narrow.insert(packed.narrow.end(), four, four + 4);
+            }
+            ++terms;
+        }
+        packed.order.push_back(terms);
+        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        done = unit.end();
+    }
+}
+
+}  // namespace ldi::avx2

@@ -1,0 +1,280 @@
+// kernels/depthwise_u8.hpp with vpdpbusd.
+//
+// The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
+// of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
+// that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
+// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantize.
+//
+// Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
+// stretches of the row at the same time.
+#pragma once
+
+#include <ldi/kernels/depthwise_u8/stretches.hpp>
+#include <ldi/kernels/detail/lanes_avx512vnni.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+
+inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
+
+/// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
+/// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
+inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    for (std::size_t done = 0; done < packed.channels;) {
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        std::size_t channel[64];
+        for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
+        for (std::size_t column = 0; column < 3; ++column)
+            for (std::size_t c : channel)
+                for (std::size_t row = 0; row < 4; ++row)
+                    packed.narrow.push_back(
+                        static_cast<std::int8_t>(row < 3 && c < packed.channels ? sign * source.weight(c, row * 3 + column) : 0));
+        for (std::size_t c : channel) packed.bias.push_back(c < packed.channels ? sign * source.folded_bias(c) : 0);
+        done = unit.end();
+    }
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+/// One column of the window, interleaved, or one sum for each of 64 channels.
+struct depthwise_vectors {
+    __m512i v[4];
+};
+
+/// The three rows at `channels` channels of each of 64 / channels stretches.
+template <std::size_t channels>
+struct depthwise_rows {
+    detail::depthwise_position<64 / channels> position;
+    __mmask16 mask;  ///< of the channels that exist, in units of 16
+
+    /// 64 bytes of one row.
+    [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
+        if constexpr (channels == 64) {
+            return _mm512_loadu_si512(position.find(row, 0, offset));
+        } else if constexpr (channels == 32) {
+            const __m256i low = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 0, offset))),
+                          high = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(position.find(row, 1, offset)));
+            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+        } else {
+            const __m128i a = _mm_maskz_loadu_epi8(mask, position.find(row, 0, offset)),
+                          b = _mm_maskz_loadu_epi8(mask, position.find(row, 1, offset)),
+                          c = _mm_maskz_loadu_epi8(mask, position.find(row, 2, offset)),
+                          d = _mm_maskz_loadu_epi8(mask, position.find(row, 3, offset));
+            const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1),
+                          high = _mm256_inserti128_si256(_mm256_castsi128_si256(c), d, 1);
+            return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+        }
+    }
+
+    /// `offset` bytes further on.
+    [[gnu::always_inline]] depthwise_vectors column(std::size_t offset) const {
+        const __m512i a = load(0, offset), b = load(1, offset), c = load(2, offset);
+        const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b);
+        const __m512i c_low = _mm512_unpacklo_epi8(c, c), c_high = _mm512_unpackhi_epi8(c, c);
+        return {{_mm512_unpacklo_epi16(ab_low, c_low), _mm512_unpackhi_epi16(ab_low, c_low),
+                 _mm512_unpacklo_epi16(ab_high, c_high), _mm512_unpackhi_epi16(ab_high, c_high)}};
+    }
+};
+
+/// The weights of one unit and what its incomplete windows have summed up to.
+struct depthwise_sums {
+    __m512i weights[12];
+    const std::int32_t* bias;
+
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
+        : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
+
+    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<0>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors middle(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<1>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors right(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return add<2>(sum, column);
+    }
+    [[gnu::always_inline]] depthwise_vectors start() const {
+        return {
+            {_mm512_load_si512(bias), _mm512_load_si512(bias + 16), _mm512_load_si512(bias + 32), _mm512_load_si512(bias + 48)}};
+    }
+
+private:
+    template <std::size_t k>
+    [[gnu::always_inline]] depthwise_vectors add(const depthwise_vectors& sum, const depthwise_vectors& column) const {
+        return {{_mm512_dpbusd_epi32(sum.v[0], column.v[0], weights[4 * k]),
+                 _mm512_dpbusd_epi32(sum.v[1], column.v[1], weights[4 * k + 1]),
+                 _mm512_dpbusd_epi32(sum.v[2], column.v[2], weights[4 * k + 2]),
+                 _mm512_dpbusd_epi32(sum.v[3], column.v[3], weights[4 * k + 3])}};
+    }
+
+    template <std::size_t... i>
+    [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases, std::index_sequence<i...>)
+        : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
+};
+
+/// The rows of the result, and where the stretches begin in them.
+template <std::size_t channels>
+struct depthwise_result {
+    std::uint8_t* at[64 / channels];
+    __mmask16 mask;
+    requantizer requantize;
+
+    [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
+        const __m512i bytes =
+            requantize.pack_lanes(requantize(sums.v[0]), requantize(sums.v[1]), requantize(sums.v[2]), requantize(sums.v[3]));
+        if constexpr (channels == 64) {
+            _mm512_storeu_si512(at[0] + offset, bytes);
+        } else if constexpr (channels == 32) {
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[0] + offset), _mm512_castsi512_si256(bytes));
+            _mm256_storeu_si256(reinterpret_cast<__m256i*>(at[1] + offset), _mm512_extracti64x4_epi64(bytes, 1));
+        } else {
+            _mm_mask_storeu_epi8(at[0] + offset, mask, _mm512_castsi512_si128(bytes));
+            _mm_mask_storeu_epi8(at[1] + offset, mask, _mm512_extracti32x4_epi32(bytes, 1));
+            _mm_mask_storeu_epi8(at[2] + offset, mask, _mm512_extracti32x4_epi32(bytes, 2));
+            _mm_mask_storeu_epi8(at[3] + offset, mask, _mm512_extracti32x4_epi32(bytes, 3));
+        }
+    }
+};
+
+/// Computes one unit.
+template <std::size_t channels>
+struct depthwise_run {
+    detail::depthwise_stretches<64 / channels> stretches;
+    depthwise_sums packed;
+    std::size_t pixel_stride;
+    __mmask16 mask;
+
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+                  std::size_t first_channel, std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(weights, bias),
+          pixel_stride(call.weights.channels),
+          mask(static_cast<__mmask16>(first_bytes(pixel_stride < 16 ? pixel_stride : 16))) {}
+
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        return {stretches.at(column, scale), mask};
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), mask}; }
+    depthwise_result<channels> result_at(std::size_t scale) const {
+        depthwise_result<channels> found{{}, mask, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < 64 / channels; ++s) found.at[s] = stretches.result(s, scale);
+        return found;
+    }
+
+    /// Each column ends one window, is the middle of the next and begins the one after it.
+    void stride_1() const {
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    void stride_2() const {
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
+    /// around its own halves, and begins the one around the first half of the column behind it.
+    void enlarged_twice() const {
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(2);
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+    }
+
+    /// Any stride and repetition: three columns for each window.
+    void any() const {
+        const depthwise_sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_result<channels> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+};
+
+template <std::size_t channels>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
+                              std::size_t first_channel) {
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
+    if (stride == 1 && call.repeat == 1)
+        depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        depthwise_run<channels>(call, weights, bias, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        depthwise_run<channels>(call, weights, bias, first_channel, call.width).enlarged_twice();
+    else
+        depthwise_run<channels>(call, weights, bias, first_channel, result_width).any();
+}
+
+inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
+                         std::size_t repeat, std::uint8_t* result) {
+    const detail::depthwise_call call(weights, rows, width, repeat, result);
+    const std::int8_t* values = weights.narrow.data();
+    const std::int32_t* bias = weights.bias.data();
+    for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
+        switch (unit.channels) {
+            case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
+            case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;
+            default: depthwise_u8_unit<16>(call, values, bias, unit.first); break;
+        }
+        done = unit.end();
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif

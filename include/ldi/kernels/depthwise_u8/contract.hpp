@@ -1,0 +1,62 @@
+// What a kernel of kernels/depthwise_u8.hpp is given and has to do.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/kernels/detail/choose_target.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/requantize_float.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes sound ones.
+struct depthwise_u8_weights {
+    static constexpr std::size_t taps = 9;
+
+    isa target = isa::scalar;
+    std::size_t channels = 0;
+    std::size_t stride = 1;
+    std::uint8_t padding = 0;     ///< the input's zero point: the value of what lies outside the image
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
+    buffer<std::int32_t> bias;    ///< zero points folded in, in the order of the sums
+    requantization output;        ///< as in gemm_u8_weights
+    float_requantization fast;    ///< as in gemm_u8_weights
+};
+
+namespace detail {
+
+/// The weights of one depthwise layer as they were, with their zero point taken off.
+struct depthwise_source {
+    std::span<const std::uint8_t> weights;  // channels x 9
+    std::span<const std::int32_t> bias;
+    std::uint8_t weight_zero_point;
+    int input_zero_point;
+
+    int weight(std::size_t channel, std::size_t tap) const {
+        return weights[channel * depthwise_u8_weights::taps + tap] - int{weight_zero_point};
+    }
+    std::int32_t folded_bias(std::size_t channel) const {
+        std::int32_t sum = 0;
+        for (std::size_t t = 0; t < depthwise_u8_weights::taps; ++t) sum += weight(channel, t);
+        return bias[channel] - sum * input_zero_point;
+    }
+};
+
+}  // namespace detail
+
+/// One instruction set's kernel: a row of `depthwise_u8_kernels`.
+struct depthwise_u8_kernel {
+    isa set;
+    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; all else is there.
+    void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
+    /// As depthwise_u8() of kernels/depthwise_u8.hpp.
+    void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
+                std::uint8_t* result);
+};
+
+}  // namespace ldi

@@ -1,0 +1,99 @@
+// How kernels that keep a depthwise convolution's unfinished windows in registers walk along a row. A row's channels are cut into
+// units that fill some vectors; a unit with fewer channels than fit takes several stretches of the row at the same time.
+#pragma once
+
+#include <ldi/kernels/depthwise_u8/contract.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Some channels of all pixels of a row: `most`, or a half or a quarter of that, at least 16. The last unit may begin within the
+/// one before it, and computes some values once more.
+struct depthwise_unit {
+    std::size_t first, channels;
+
+    /// The unit that comes after the first `done` of `all` channels.
+    depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
+        const std::size_t left = all - done;
+        channels = left > 48 ? 64 : left > 16 ? 32 : 16;
+        while (channels > most || (channels > all && channels > 16)) channels /= 2;
+        first = done + channels <= all || all < channels ? done : all - channels;
+    }
+    std::size_t end() const { return first + channels; }
+};
+
+/// What depthwise_u8() was called with.
+struct depthwise_call {
+    const depthwise_u8_weights& weights;
+    const std::uint8_t* const* rows;
+    std::size_t width, repeat;
+    std::uint8_t* result;
+    alignas(64) std::uint8_t padding[64];
+
+    depthwise_call(const depthwise_u8_weights& packed, const std::uint8_t* const* from, std::size_t pixels,
+                   std::size_t repetitions, std::uint8_t* to)
+        : weights(packed), rows(from), width(pixels), repeat(repetitions), result(to) {
+        std::memset(padding, packed.padding, sizeof padding);
+    }
+    std::size_t result_width() const { return (width * repeat - 1) / weights.stride + 1; }
+};
+
+/// One pixel of each stretch, in the three rows.
+template <std::size_t stretches>
+struct depthwise_position {
+    const std::uint8_t* at[3][stretches];
+    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
+
+    const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
+        return at[row][stretch] + (offset & moves[row]);
+    }
+};
+
+template <std::size_t stretches>
+struct depthwise_stretches {
+    const depthwise_call& call;
+    std::size_t first_channel, length, starts[stretches];
+
+    /// `all` pixels, of the rows or of the result, are cut; the last stretch may begin within the one before it.
+    depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
+        : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
+        for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
+    }
+
+    /// One column for each stretch; padding outside the row.
+    depthwise_position<stretches> at(const std::size_t (&columns)[stretches]) const {
+        depthwise_position<stretches> found;
+        for (std::size_t r = 0; r < 3; ++r) {
+            found.moves[r] = call.rows[r] == nullptr ? 0 : ~std::size_t{0};
+            for (std::size_t s = 0; s < stretches; ++s) {
+                const bool outside = call.rows[r] == nullptr || columns[s] >= call.width;
+                found.at[r][s] = outside ? call.padding : call.rows[r] + columns[s] * call.weights.channels + first_channel;
+            }
+        }
+        return found;
+    }
+    /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
+    depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
+        std::size_t columns[stretches];  // -1 becomes more than any width
+        for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
+        return at(columns);
+    }
+    /// What the window around pixel x of each stretch of the result has in its column `tap`, 0 to 2, for any repetition.
+    depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
+        std::size_t columns[stretches];
+        for (std::size_t s = 0; s < stretches; ++s) {
+            const std::size_t enlarged = (starts[s] + x) * call.weights.stride + tap;  // plus one
+            columns[s] = enlarged == 0 ? call.width : (enlarged - 1) / call.repeat;
+        }
+        return at(columns);
+    }
+    /// Where the results of a stretch begin, `scale` for each of its pixels.
+    std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
+        return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
+    }
+};
+
+}  // namespace ldi::detail

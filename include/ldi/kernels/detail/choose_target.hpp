@@ -1,0 +1,63 @@
+// For which instruction set 8-bit weights can be packed: not every kernel is exact for all of them.
+#pragma once
+
+#include <ldi/base/numbers.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/requantize_float.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+struct signed_range {
+    int least, most;
+};
+
+inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t zero_point) {
+    const auto [least, most] = std::minmax_element(weights.begin(), weights.end());
+    return {*least - int{zero_point}, *most - int{zero_point}};
+}
+
+/// Kernels that multiply and add in two roundings take so many inputs at most, because they widen them first.
+inline constexpr std::size_t most_unfused_inputs = 4096;
+
+/// Whether kernels without a fused multiply-add are exact; they also round in a way that takes no sums below -2^23 / scale.
+inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
+    const std::size_t inputs = weights.size() / bias.size();
+    const signed_range range = range_of(weights, weight_zero_point);
+    const double largest_weight = (std::max)(-range.least, range.most);
+    const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
+    const double largest_bias = (std::max)(-nearest_double(*least_bias), nearest_double(*most_bias));
+    const std::optional<unfused_requantization> found = find_unfused_requantization(output);
+    if (!found.has_value() || inputs > most_unfused_inputs) return false;
+    fast = {found->scale, found->offset, found->zero_point};
+    return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
+}
+
+/// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
+/// -127..128 (a zero point of 127) fit once negated, and the requantization then takes the sums negated. AVX2 takes wider weights
+/// as well. NEON's requantization is the integer form.
+inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                         std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
+    if (wanted == isa::scalar) return isa::scalar;
+    if (wanted == isa::wasm_simd128) return fits_unfused(weights, weight_zero_point, bias, output, fast) ? wanted : isa::scalar;
+    const signed_range range = range_of(weights, weight_zero_point);
+    const bool fits = range.least >= -128 && range.most <= 127, fits_negated = range.least >= -127 && range.most <= 128;
+    if (wanted == isa::neon_dot_product) return fits || fits_negated ? wanted : isa::scalar;
+    const std::optional<float_requantization> found = find_float_requantization(output);
+    if (!found.has_value()) return isa::scalar;
+    fast = *found;
+    if (fits) return wanted;
+    if (!fits_negated) return isa::avx2;
+    fast.scale = -fast.scale, fast.offset = -fast.offset;
+    return wanted;
+}
+
+inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
+
+}  // namespace ldi::detail

@@ -1,0 +1,63 @@
+// Features of a processor that kernels need, and whether it and its operating system have them.
+#pragma once
+
+#include <ldi/base/config.hpp>
+
+#include <ldi/kernels/detail/amx_permission.hpp>
+#include <ldi/kernels/detail/cpuid.hpp>
+#include <ldi/kernels/detail/dot_product_extension.hpp>
+#include <ldi/kernels/detail/target.hpp>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+enum class cpu_feature {
+    none,
+    avx2,
+    fma,
+    avx_vnni,
+    avx512,  ///< F, BW and VL
+    avx512_vnni,
+    avx512_bf16,
+    amx_int8,
+    arm_dot_product,
+    wasm_simd128,
+};
+
+namespace detail {
+
+#if LDI_HAS_X86_KERNELS
+/// clang 14 has no name for it. The operating system saves its registers if it saves AVX2's.
+inline bool has_avx_vnni() {
+    static const bool found = cpuid_leaf(0).a >= 7 && cpuid_leaf(7).a >= 1 && (cpuid_leaf(7, 1).a >> 4U & 1U) != 0;
+    return found;
+}
+#endif
+
+/// False where this build of ldi has no kernels for the processor.
+inline bool has_feature(cpu_feature feature) {
+    switch (feature) {
+        case cpu_feature::none: return true;
+#if LDI_HAS_X86_KERNELS
+        case cpu_feature::avx2: return __builtin_cpu_supports("avx2");
+        case cpu_feature::fma: return __builtin_cpu_supports("fma");
+        case cpu_feature::avx_vnni: return has_avx_vnni();
+        case cpu_feature::avx512:
+            return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+        case cpu_feature::avx512_vnni: return __builtin_cpu_supports("avx512vnni");
+        case cpu_feature::avx512_bf16: return __builtin_cpu_supports("avx512bf16");
+#endif
+#if LDI_HAS_AMX_KERNELS
+        case cpu_feature::amx_int8: return may_use_amx();
+#endif
+#if LDI_HAS_ARM_KERNELS
+        case cpu_feature::arm_dot_product: return has_dot_product_extension();
+#endif
+#if LDI_HAS_WASM_KERNELS
+        case cpu_feature::wasm_simd128: return true;
+#endif
+        default: return false;
+    }
+}
+
+}  // namespace detail
+}  // namespace ldi

@@ -1,0 +1,226 @@
+// kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
+// two of these sums to each of 8 sums of 32 bits. avx2_packing.hpp finds which products may meet in 16 bits: 5 instructions for
+// 64 of them, where vpmaddwd on inputs of 16 bits, which never saturates, takes 8.
+#pragma once
+
+#include <ldi/kernels/detail/lanes_avx2.hpp>
+#include <ldi/kernels/gemm_u8/avx2_packing.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, pixel_stride, pixels;
+    const std::uint32_t* order;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+};
+
+[[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
+    std::int32_t four = 0;
+    std::memcpy(&four, inputs, sizeof four);
+    return _mm256_set1_epi32(four);
+}
+
+[[gnu::always_inline]] inline __m256i widen(__m256i sum, __m256i products) {
+    return _mm256_add_epi32(sum, _mm256_madd_epi16(products, _mm256_set1_epi16(1)));
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<v...>, __m256i* sums, __m256i inputs, const __m256i* weights) {
+    ((sums[v] = widen(sums[v], _mm256_maddubs_epi16(inputs, weights[v]))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<v...>, __m256i* sums, __m256i a, __m256i b,
+                                            const __m256i* a_weights, const __m256i* b_weights) {
+    ((sums[v] = widen(sums[v], _mm256_add_epi16(_mm256_maddubs_epi16(a, a_weights[v]), _mm256_maddubs_epi16(b, b_weights[v])))),
+     ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_term(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* x, std::size_t stride, const __m256i* weights) {
+    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+    (add_term(vectors, sums + p * sizeof...(v), spread_four(x + p * stride), w), ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void add_pair(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                            const std::uint8_t* a, const std::uint8_t* b, std::size_t stride,
+                                            const __m256i* weights) {
+    const __m256i a_weights[] = {_mm256_load_si256(weights + v)...};
+    const __m256i b_weights[] = {_mm256_load_si256(weights + sizeof...(v) + v)...};
+    (add_pair(vectors, sums + p * sizeof...(v), spread_four(a + p * stride), spread_four(b + p * stride), a_weights, b_weights),
+     ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m256i* to, const __m256i* from) {
+    ((to[v] = from[v]), ...);
+}
+
+/// The results of 32 / outputs pixels, of 8 or 16 outputs each.
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_four(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                              std::size_t outputs) {
+    const __m256i bytes =
+        gather_lanes(requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3])));
+    const __m128i low = _mm256_castsi256_si128(bytes), high = _mm256_extracti128_si256(bytes, 1);
+    if constexpr (vectors == 2) {
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result), low);
+        _mm_storeu_si128(reinterpret_cast<__m128i*>(result + outputs), high);
+    } else {
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result), low);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + outputs), _mm_unpackhi_epi64(low, low));
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 2 * outputs), high);
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(result + 3 * outputs), _mm_unpackhi_epi64(high, high));
+    }
+}
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const __m256i* sums, const Requantizer& requantize, std::uint8_t* result,
+                                               std::size_t held) {
+    const __m256i a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
+    store_first(result, gather_lanes(requantize.pack_lanes(a, b, a, b)), held);
+}
+
+template <std::size_t vectors, class Requantizer, std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m256i* sums, const Requantizer& requantize,
+                                                std::uint8_t* result, std::size_t outputs) {
+    (store_four<vectors>(sums + 4 * i, requantize, result + 4 / vectors * i * outputs, outputs), ...);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    __m256i sums[sizeof...(p) * sizeof...(v)];
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+    const std::uint32_t* order = panel.order;
+    const std::size_t stride = panel.pixel_stride;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* const x = panel.segments[s] + first * stride;
+        const std::uint32_t *const singles = order + 2 + 2 * order[0], *const end = singles + order[1];
+        for (order += 2; order != singles; order += 2, weights += 2 * sizeof...(v))
+            add_pair(pixels, vectors, sums, x + order[0], x + order[1], stride, weights);
+        for (; order != end; ++order, weights += sizeof...(v)) add_term(pixels, vectors, sums, x + *order, stride, weights);
+    }
+    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (count % 4 == 0)
+        if (panel.held == sizeof...(v) * gemm_lanes)
+            return store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result, panel.outputs);
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
+    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, rectifier>(panel, output)
+                           : gemm_u8_panel<pixels, vectors, requantizer>(panel, output);
+}
+
+/// The sum of one pixel and one output.
+[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                             std::size_t offset) {
+    __m256i sums = _mm256_setzero_si256();
+    const std::int16_t* w = weights.wide.data();
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + 16 <= weights.inputs; i += 16, w += 16) {
+            const __m256i inputs = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(x + i)));
+            sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        }
+        if (i == weights.inputs) continue;
+        alignas(16) std::uint8_t rest[16] = {};
+        std::memcpy(rest, x + i, weights.inputs - i);
+        const __m256i inputs = _mm256_cvtepu8_epi16(_mm_load_si128(reinterpret_cast<const __m128i*>(rest)));
+        sums = _mm256_add_epi32(sums, _mm256_madd_epi16(inputs, _mm256_load_si256(reinterpret_cast<const __m256i*>(w))));
+        w += 16;
+    }
+    const __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
+    const __m128i pair = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(pair, _mm_shuffle_epi32(pair, 0xB1)));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        alignas(32) std::int32_t sums[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t p = 0; p < count; ++p)
+            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
+        const __m256i values = requantize(_mm256_load_si256(reinterpret_cast<const __m256i*>(sums)));
+        store_first(result + first, gather_lanes(requantize.pack_lanes(values, values, values, values)), count);
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    gemm_panel panel{segments,
+                     weights.segments,
+                     pixel_stride,
+                     pixels,
+                     weights.order.data(),
+                     weights.narrow.data(),
+                     weights.bias.data(),
+                     result,
+                     weights.outputs,
+                     0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        if (vectors == 1)
+            gemm_u8_panel<8, 1>(panel, weights.fast);
+        else
+            gemm_u8_panel<4, 2>(panel, weights.fast);
+        rest -= panel.held;
+        panel.bias += lanes;
+        panel.result += panel.held;
+        for (std::size_t s = 0; s < weights.segments; ++s) {
+            const std::size_t terms = 2 * panel.order[0] + panel.order[1];
+            panel.order += 2 + terms;
+            panel.weights += terms * lanes * gemm_group;
+        }
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif

@@ -1,0 +1,145 @@
+// How weights lie for gemm_u8/avx2.hpp.
+//
+// Sums of 16 bits saturate; detail/unsaturated_pairs.hpp says for which weights they can't. Most weights are so small that the
+// products of two groups of four inputs may meet in one 16-bit sum before it is widened. Which groups go together, and which
+// weights have to be split over two, is found here, for each panel of 16 outputs.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/stable_sort.hpp>
+#include <ldi/kernels/detail/unsaturated_pairs.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
+
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+using detail::gemm_group;
+
+/// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    const std::size_t padded = (packed.inputs + 15) / 16 * 16;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.wide.push_back(static_cast<std::int16_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
+}
+
+/// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
+struct gemm_term {
+    static constexpr std::size_t most_weights = gemm_most_vectors * gemm_lanes * gemm_group;
+
+    std::uint32_t first_input = 0;
+    int heaviest = 0;                        ///< of `load`
+    std::int8_t weights[most_weights] = {};  ///< outputs x 4
+    std::uint8_t load[most_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+
+    /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
+    bool fits(const gemm_term& other) const {
+        constexpr std::uint64_t most = 64, each = 0x0101010101010101;
+        for (std::size_t i = 0; i < most_weights; i += 8) {
+            std::uint64_t a = 0, b = 0;
+            std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
+            if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
+        }
+        return true;
+    }
+};
+
+/// Splits `rest`, the weights of one group, outputs x 4.
+inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gemm_term>& terms) {
+    bool is_empty = false;
+    while (!is_empty) {
+        gemm_term& term = terms.emplace_back();
+        term.first_input = static_cast<std::uint32_t>(first_input);
+        is_empty = true;
+        for (std::size_t i = 0; i < rest.size(); i += 2) {
+            int a = rest[i], b = rest[i + 1];
+            if (!fit_one_sum(a, b)) {
+                sum_room room;
+                a = room.take(rest[i]), b = room.take(rest[i + 1]);
+                is_empty = false;
+            } else {
+                rest[i] = rest[i + 1] = 0;
+            }
+            const int positive = ((std::max)(a, 0) + (std::max)(b, 0) + 1) / 2;
+            const int negative = (1 - (std::min)(a, 0) - (std::min)(b, 0)) / 2;
+            term.weights[i] = static_cast<std::int8_t>(a), term.weights[i + 1] = static_cast<std::int8_t>(b);
+            term.load[i] = static_cast<std::uint8_t>(positive), term.load[i + 1] = static_cast<std::uint8_t>(negative);
+            term.heaviest = (std::max)(term.heaviest, (std::max)(positive, negative));
+        }
+    }
+}
+
+/// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
+struct paired_terms {
+    buffer<const gemm_term*> order;
+    std::size_t pairs = 0;
+
+    explicit paired_terms(const buffer<gemm_term>& terms) {
+        buffer<const gemm_term*> rest, singles;  // the lightest last
+        for (const gemm_term& term : terms) rest.push_back(&term);
+        stable_sort(rest, [](const gemm_term* a, const gemm_term* b) { return a->heaviest > b->heaviest; });
+        for (std::size_t i = 0; i < rest.size(); ++i) {
+            const std::size_t partner = find_partner(rest, i);
+            if (partner == i) {
+                singles.push_back(rest[i]);
+                continue;
+            }
+            order.push_back(rest[i]);
+            order.push_back(rest[partner]);
+            rest.erase(rest.begin() + partner);
+        }
+        pairs = order.size() / 2;
+        order.insert(order.end(), singles.begin(), singles.end());
+    }
+
+private:
+    /// `i` if there is none among the lightest, which are the likeliest.
+    static std::size_t find_partner(const buffer<const gemm_term*>& rest, std::size_t i) {
+        constexpr std::size_t tries = 8;
+        for (std::size_t t = 0; t < tries && rest.size() - 1 - t > i; ++t)
+            if (rest[i]->fits(*rest[rest.size() - 1 - t])) return rest.size() - 1 - t;
+        return i;
+    }
+};
+
+/// Panel by panel, segment by segment: in `order` the number of pairs of terms and of single terms and the first input of each;
+/// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    buffer<gemm_term> terms;
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t outputs = cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s) {
+            terms.clear();
+            for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
+                int group[gemm_term::most_weights] = {};
+                for (std::size_t o = first; o < first + outputs && o < packed.outputs; ++o)
+                    for (std::size_t i = g; i < g + gemm_group && i < packed.inputs; ++i)
+                        group[(o - first) * gemm_group + i - g] =
+                            sign * (weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point});
+                split_group({group, outputs * gemm_group}, g, terms);
+            }
+            const paired_terms paired(terms);
+            packed.order.push_back(static_cast<std::uint32_t>(paired.pairs));
+            packed.order.push_back(static_cast<std::uint32_t>(terms.size() - 2 * paired.pairs));
+            for (const gemm_term* term : paired.order) {
+                packed.order.push_back(term->first_input);
+                packed.narrow.insert(packed.narrow.end(), term->weights, term->weights + outputs * gemm_group);
+            }
+        }
+        first += outputs;
+    }
+}
+
+}  // namespace ldi::avx2

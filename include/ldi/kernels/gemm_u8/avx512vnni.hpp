@@ -1,0 +1,231 @@
+// kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
+//
+// Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
+// have to be under way: tiles have 12 to 16. A tile of 4 pixels and 4 vectors loads 8 times for 16 multiplications; larger tiles
+// are no faster.
+#pragma once
+
+#include <ldi/kernels/detail/lanes_avx512vnni.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+
+inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4;
+using detail::gemm_group;
+
+/// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    const std::size_t padded = (packed.inputs + 63) / 64 * 64;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.narrow.push_back(static_cast<std::int8_t>(
+                i < packed.inputs ? sign * (weights[s * packed.inputs + i] - int{weight_zero_point}) : 0));
+}
+
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
+
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs;  ///< from one pixel's results to the next
+    __mmask64 mask;       ///< of the panel's outputs that exist
+};
+
+[[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
+    std::int32_t four = 0;
+    std::memcpy(&four, inputs, sizeof four);
+    return _mm512_set1_epi32(four);
+}
+
+/// With `half`, only the first 8 sums: of Zen 4's vectors of 512 bits each takes its units for two cycles.
+template <bool half>
+[[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
+    if constexpr (half)
+        return _mm512_castsi256_si512(
+            _mm256_dpbusd_epi32(_mm512_castsi512_si256(sums), _mm512_castsi512_si256(inputs), _mm512_castsi512_si256(weights)));
+    else
+        return _mm512_dpbusd_epi32(sums, inputs, weights);
+}
+
+template <bool last_is_half, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m512i* sums, __m512i inputs,
+                                                const __m512i* weights) {
+    ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
+}
+
+/// Four inputs of every pixel, with all vectors of weights.
+template <bool last_is_half, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
+                                                const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
+    const __m512i w[] = {_mm512_load_si512(weights + v * gemm_lanes * gemm_group)...};
+    (multiply_add<last_is_half>(vectors, sums + p * sizeof...(v), spread_four(inputs + p * stride), w), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, __m512i* to, const __m512i* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const __m512i* sums, const Requantizer& requantize, __mmask64 mask,
+                                               std::uint8_t* result) {
+    const __m512i a = requantize(sums[0]);
+    const __m512i b = vectors > 1 ? requantize(sums[vectors > 1 ? 1 : 0]) : a;
+    const __m512i c = vectors > 2 ? requantize(sums[vectors > 2 ? 2 : 0]) : a;
+    const __m512i d = vectors > 3 ? requantize(sums[vectors > 3 ? 3 : 0]) : c;
+    _mm512_mask_storeu_epi8(result, mask, swap_lanes(requantize.pack_lanes(a, b, c, d)));
+}
+
+template <class Requantizer>
+[[gnu::always_inline]] inline void store_four(const __m512i* sums, const Requantizer& requantize, std::uint8_t* result) {
+    const __m512i bytes =
+        requantize.pack_lanes(requantize(sums[0]), requantize(sums[1]), requantize(sums[2]), requantize(sums[3]));
+    _mm512_storeu_si512(result, swap_lanes(bytes));
+}
+
+template <class Requantizer, std::size_t... i>
+[[gnu::always_inline]] inline void store_filled(std::index_sequence<i...>, const __m512i* sums, const Requantizer& requantize,
+                                                std::uint8_t* result) {
+    (store_four(sums + 4 * i, requantize, result + 64 * i), ...);
+}
+
+template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    __m512i sums[sizeof...(p) * sizeof...(v)];
+    const __m512i start[] = {_mm512_loadu_si512(panel.bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const std::int8_t* weights = panel.weights;
+    const std::size_t stride = panel.pixel_stride, groups = panel.groups;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* x = panel.segments[s] + first * stride;
+        for (std::size_t g = 0; g < groups; ++g) {
+            multiply_add<last_is_half>(pixels, vectors, sums, x, stride, weights);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
+        }
+    }
+    // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
+    constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (can_fill)
+        if (panel.outputs == sizeof...(v) * gemm_lanes)
+            return store_filled(std::make_index_sequence<sizeof...(p) * sizeof...(v) / 4>{}, sums, requantize, result);
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.mask, result + p * panel.outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p)
+            gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const float_requantization& output) {
+    const bool last_is_half = outputs <= vectors * gemm_lanes - gemm_lanes / 2;
+    if (output.zero_point == 0)
+        last_is_half ? gemm_u8_panel<pixels, vectors, true, rectifier>(panel, output)
+                     : gemm_u8_panel<pixels, vectors, false, rectifier>(panel, output);
+    else
+        last_is_half ? gemm_u8_panel<pixels, vectors, true, requantizer>(panel, output)
+                     : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
+}
+
+/// The 16 sums of one pixel and one output, still to be added up.
+[[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                         std::size_t offset) {
+    __m512i sums = _mm512_setzero_si512();
+    const std::int8_t* w = weights.narrow.data();
+    for (std::size_t s = 0; s < weights.segments; ++s)
+        for (std::size_t i = 0; i < weights.inputs; i += 64, w += 64) {
+            const __m512i x = _mm512_maskz_loadu_epi8(first_bytes(weights.inputs - i), segments[s] + offset + i);
+            sums = _mm512_dpbusd_epi32(sums, x, _mm512_load_si512(w));
+        }
+    return sums;
+}
+
+[[gnu::always_inline]] inline __m128i add_quarters(__m512i sums) {
+    const __m256i half = _mm256_add_epi32(_mm512_castsi512_si256(sums), _mm512_extracti64x4_epi64(sums, 1));
+    return _mm_add_epi32(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer requantize(weights.fast);
+    const __m512i bias = _mm512_set1_epi32(weights.bias[0]);
+    for (std::size_t first = 0; first < pixels; first += 16) {
+        alignas(64) std::int32_t sums[16] = {};
+        for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
+            __m128i four[4];
+            for (std::size_t p = 0; p < 4; ++p) {  // behind the last pixel, the last once more
+                const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
+                four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
+            }
+            const __m128i pairs[2] = {_mm_hadd_epi32(four[0], four[1]), _mm_hadd_epi32(four[2], four[3])};
+            _mm_store_si128(reinterpret_cast<__m128i*>(sums + i), _mm_hadd_epi32(pairs[0], pairs[1]));
+        }
+        const __m512i values = requantize(_mm512_add_epi32(_mm512_load_si512(sums), bias));
+        const __m512i bytes = swap_lanes(requantize.pack_lanes(values, values, values, values));
+        const std::size_t rest = pixels - first;
+        _mm512_mask_storeu_epi8(result + first, first_bytes(rest < 16 ? rest : 16), bytes);
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = detail::groups_of_four(weights.inputs);
+    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
+                     result,   weights.outputs,  0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), held = vectors * gemm_lanes, outputs = rest < held ? rest : held;
+        panel.mask = first_bytes(outputs);
+        switch (vectors) {
+            case 1: gemm_u8_panel<12, 1>(panel, outputs, weights.fast); break;
+            case 2: gemm_u8_panel<6, 2>(panel, outputs, weights.fast); break;
+            case 3: gemm_u8_panel<4, 3>(panel, outputs, weights.fast); break;
+            default: gemm_u8_panel<4, 4>(panel, outputs, weights.fast); break;
+        }
+        rest -= outputs;
+        panel.weights += weights.segments * groups * held * gemm_group;
+        panel.bias += held;
+        panel.result += held;
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx512vnni
+
+#endif

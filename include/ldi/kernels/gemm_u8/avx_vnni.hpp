@@ -1,0 +1,125 @@
+// kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
+// 32 products an instruction, where AVX2 makes 64 with five.
+//
+// A sum waits 5 cycles for the one before it and two instructions can start a cycle (Alder Lake), so at least 10 have to be under
+// way: tiles have 12, which with two vectors of weights and one of inputs leaves one register of the 16.
+//
+// Panels and tiles are walked as in avx2.hpp, and written again: a function has one target, and is inlined into none that lacks
+// it.
+#pragma once
+
+#include <ldi/kernels/gemm_u8/avx2.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#if LDI_HAS_X86_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+
+inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+using detail::gemm_group;
+
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::is_negated(packed.fast) ? -1 : 1;
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
+
+/// What one call of gemm_u8() does for one panel.
+struct gemm_panel {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride, pixels;
+    const std::int8_t* weights;
+    const std::int32_t* bias;
+    std::uint8_t* result;
+    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+};
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, __m256i inputs,
+                                                const __m256i* weights) {
+    ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
+}
+
+/// Four inputs of every pixel, with all vectors of weights.
+template <std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
+                                                const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
+    const __m256i w[] = {_mm256_load_si256(weights + v)...};
+    (multiply_add(vectors, sums + p * sizeof...(v), avx2::spread_four(inputs + p * stride), w), ...);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
+                                                const gemm_panel& panel, const Requantizer& requantize, std::size_t first) {
+    __m256i sums[sizeof...(p) * sizeof...(v)];
+    const __m256i start[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(panel.bias + v * gemm_lanes))...};
+    (avx2::copy(vectors, sums + p * sizeof...(v), start), ...);
+    const __m256i* weights = reinterpret_cast<const __m256i*>(panel.weights);
+    const std::size_t stride = panel.pixel_stride;
+    for (std::size_t s = 0; s < panel.segment_count; ++s) {
+        const std::uint8_t* x = panel.segments[s] + first * stride;
+        for (std::size_t g = 0; g < panel.groups; ++g, x += gemm_group, weights += sizeof...(v))
+            multiply_add(pixels, vectors, sums, x, stride, weights);
+    }
+    constexpr std::size_t count = sizeof...(p) * sizeof...(v);
+    std::uint8_t* const result = panel.result + first * panel.outputs;
+    if constexpr (count % 4 == 0)
+        if (panel.held == sizeof...(v) * gemm_lanes)
+            return avx2::store_filled<sizeof...(v)>(std::make_index_sequence<count / 4>{}, sums, requantize, result,
+                                                    panel.outputs);
+    (avx2::store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, result + p * panel.outputs, panel.held), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
+    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const Requantizer requantize(output);
+    constexpr std::make_index_sequence<vectors> wide{};
+    if (panel.pixels < pixels) {
+        for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
+        return;
+    }
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+        const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
+        gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
+    }
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& output) {
+    output.zero_point == 0 ? gemm_u8_panel<pixels, vectors, avx2::rectifier>(panel, output)
+                           : gemm_u8_panel<pixels, vectors, avx2::requantizer>(panel, output);
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const std::size_t groups = detail::groups_of_four(weights.inputs);
+    gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
+                     result,   weights.outputs,  0};
+    std::size_t rest = weights.outputs;
+    for (std::size_t i = 0; i < cut.panels; ++i) {
+        const std::size_t vectors = cut.vectors_in(i), lanes = vectors * gemm_lanes;
+        panel.held = rest < lanes ? rest : lanes;
+        if (vectors == 1)
+            gemm_u8_panel<12, 1>(panel, weights.fast);
+        else
+            gemm_u8_panel<6, 2>(panel, weights.fast);
+        rest -= panel.held;
+        panel.weights += weights.segments * groups * lanes * gemm_group;
+        panel.bias += lanes;
+        panel.result += panel.held;
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx_vnni
+
+#endif

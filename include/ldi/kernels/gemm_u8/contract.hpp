@@ -1,0 +1,93 @@
+// What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/kernels/detail/choose_target.hpp>
+#include <ldi/kernels/detail/panel_cut.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/kernels/requantize_float.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+struct gemm_u8_weights {
+    static constexpr std::size_t most_segments = 7;
+
+    isa target = isa::scalar;
+    std::size_t segments = 1, inputs = 0, outputs = 0;
+    buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
+    requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
+    /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
+    /// unfused_requantization.
+    float_requantization fast;
+
+    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
+    /// them would be empty too.
+    bool is_single_output() const { return outputs == 1 && inputs >= 64; }
+};
+
+/// One instruction set's kernel: a row of `gemm_u8_kernels`.
+struct gemm_u8_kernel {
+    isa set;
+    std::size_t least_outputs;  ///< with fewer, lanes would be empty: the set that stands in for this one is faster
+    /// Appends to `wide`, `narrow` and `order` whatever run() reads; all else is there. As pack_gemm_u8() of kernels/gemm_u8.hpp.
+    void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
+    /// As gemm_u8() of kernels/gemm_u8.hpp.
+    void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
+                std::uint8_t* result);
+};
+
+namespace detail {
+
+/// Inputs that the instructions at the heart of VNNI, NEON and AMX multiply together.
+inline constexpr std::size_t gemm_group = 4;
+
+/// How many times so many inputs there are, the last perhaps in part.
+constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
+
+/// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
+/// none.
+///
+/// sign  -1 for negated weights
+inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
+                                  std::size_t lanes, std::size_t most_vectors) {
+    const panel_cut cut(packed.outputs, lanes, most_vectors);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t last = first + cut.vectors_in(panel) * lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t group = 0; group < packed.inputs; group += gemm_group)
+                for (std::size_t o = first; o < last; ++o)
+                    for (std::size_t i = group; i < group + gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - weight_zero_point : 0;
+                        packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
+                    }
+        first = last;
+    }
+}
+
+/// Sets `bias` so that sums of `input * (weight - zero point)` start from it.
+inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
+                             std::span<const std::int32_t> bias, std::uint8_t input_zero_point) {
+    constexpr std::size_t largest_vector = 16;
+    packed.bias.resize((packed.outputs + largest_vector - 1) / largest_vector * largest_vector);
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = bias[o] - sum * input_zero_point;
+        if (is_negated(packed.fast)) packed.bias[o] = -packed.bias[o];
+    }
+}
+
+}  // namespace detail
+}  // namespace ldi

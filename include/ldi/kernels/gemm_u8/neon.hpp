@@ -1,0 +1,159 @@
+// kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
+//
+// Sixteen inputs of a pixel are one load; sdot by lane multiplies four of them at a time by the weights of 4 outputs, so that
+// nothing has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers; for
+// each 96 sdot (1536 products) it loads 22 times and makes 6 vectors signed. In all, 12 products an instruction; sdot has 16.
+#pragma once
+
+#include <ldi/kernels/detail/lanes_neon.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#if LDI_HAS_ARM_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::neon {
+
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4;
+using detail::gemm_group;
+
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const int sign = detail::range_of(weights, weight_zero_point).most > 127 ? -1 : 1;
+    packed.output.multiplier *= sign;
+    const std::size_t inputs = packed.segments * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
+        packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
+    }
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+struct gemm_tile_input {
+    const std::uint8_t* const* segments;
+    std::size_t segment_count, groups, pixel_stride;
+};
+
+/// 4, 8 or 16 inputs, in the first lanes.
+template <std::size_t groups>
+[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from) {
+    if constexpr (groups == 4) return to_signed(vld1q_u8(from));
+    if constexpr (groups == 2) return to_signed(vcombine_u8(vld1_u8(from), vdup_n_u8(0)));
+    std::uint32_t four = 0;
+    std::memcpy(&four, from, sizeof four);
+    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+}
+
+template <int group, std::size_t... p>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, int32x4_t* sums, std::size_t vectors,
+                                                int8x16_t weights, const int8x16_t* inputs) {
+    ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
+}
+
+/// Four inputs of every pixel, vector by vector of weights: so a single one of them needs a register.
+template <int group, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
+                                                const std::int8_t* weights, const int8x16_t* inputs) {
+    (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
+}
+
+/// As many times four inputs of every pixel as there are groups.
+template <int... group, std::size_t... p, std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
+                                                std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
+                                                const std::uint8_t*& inputs, std::size_t stride) {
+    const int8x16_t x[] = {load_inputs<sizeof...(group)>(inputs + p * stride)...};
+    (multiply_add<group>(pixels, vectors, sums, weights, x), ...);
+    inputs += sizeof...(group) * gemm_group;
+    weights += sizeof...(group) * sizeof...(v) * 16;
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, int32x4_t* to, const int32x4_t* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors, class Requantizer>
+[[gnu::always_inline]] inline void store_pixel(const int32x4_t* sums, const Requantizer& requantize, std::size_t held,
+                                               std::uint8_t* result) {
+    constexpr std::size_t b = vectors > 1 ? 1 : 0, c = vectors > 2 ? 2 : 0, d = vectors > 3 ? 3 : 0;
+    store_first(result, requantize(sums[0], sums[b], sums[c], sums[d]), held);
+}
+
+template <class Requantizer, std::size_t... p, std::size_t... v>
+inline void gemm_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors, const gemm_tile_input& input,
+                         std::size_t first_pixel, const std::int8_t* weights, const std::int32_t* bias,
+                         const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    int32x4_t sums[sizeof...(p) * sizeof...(v)];
+    const int32x4_t start[] = {load(bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::uint8_t* x = input.segments[s] + first_pixel * stride;
+        for (std::size_t g = input.groups / 4; g > 0; --g)
+            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
+        if (input.groups % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
+        if (input.groups % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, held, result + p * outputs), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors, class Requantizer>
+inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const std::int8_t* weights, const std::int32_t* bias,
+                          const Requantizer& requantize, std::size_t outputs, std::size_t held, std::uint8_t* result) {
+    constexpr std::make_index_sequence<pixels> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    std::size_t p = 0;
+    for (; p + pixels <= count; p += pixels)
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - pixels;
+        gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p)
+        gemm_u8_tile(std::index_sequence<0>{}, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
+}
+
+template <class Requantizer>
+inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
+                    std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
+    const std::int8_t* values = weights.narrow.data();
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), outputs = weights.outputs;
+        const std::int32_t* const bias = weights.bias.data() + first;
+        const std::size_t all = vectors * gemm_lanes, held = outputs - first < all ? outputs - first : all;
+        std::uint8_t* const to = result + first;
+        switch (vectors) {
+            case 1: gemm_u8_panel<12, 1>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            case 2: gemm_u8_panel<8, 2>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            case 3: gemm_u8_panel<7, 3>(input, pixels, values, bias, requantize, outputs, held, to); break;
+            default: gemm_u8_panel<6, 4>(input, pixels, values, bias, requantize, outputs, held, to); break;
+        }
+        first += all;
+        values += input.segment_count * input.groups * all * gemm_group;
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    if (weights.output.zero_point == 0)
+        gemm_u8(weights, relu_requantizer(weights.output), segments, pixel_stride, pixels, result);
+    else
+        gemm_u8(weights, requantizer(weights.output), segments, pixel_stride, pixels, result);
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
+
+#endif

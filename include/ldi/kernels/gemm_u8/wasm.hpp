@@ -1,0 +1,211 @@
+// kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
+//
+// As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
+// by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads first: 8 sums, 2
+// vectors of weights, 4 of inputs.
+#pragma once
+
+#include <ldi/kernels/detail/lanes_wasm.hpp>
+#include <ldi/kernels/gemm_u8/contract.hpp>
+
+#if LDI_HAS_WASM_KERNELS
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+
+inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
+
+/// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
+inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    const std::size_t padded = (packed.inputs + 7) / 8 * 8;
+    for (std::size_t s = 0; s < packed.segments; ++s)
+        for (std::size_t i = 0; i < padded; ++i)
+            packed.wide.push_back(
+                static_cast<std::int16_t>(i < packed.inputs ? weights[s * packed.inputs + i] - int{weight_zero_point} : 0));
+}
+
+/// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
+inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
+    if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
+        for (std::size_t s = 0; s < packed.segments; ++s)
+            for (std::size_t pair = 0; pair < packed.inputs; pair += gemm_group)
+                for (std::size_t o = first; o < end; ++o)
+                    for (std::size_t i = pair; i < pair + gemm_group; ++i) {
+                        const bool exists = o < packed.outputs && i < packed.inputs;
+                        const int weight =
+                            exists ? weights[(o * packed.segments + s) * packed.inputs + i] - int{weight_zero_point} : 0;
+                        packed.wide.push_back(static_cast<std::int16_t>(weight));
+                    }
+        first = end;
+    }
+}
+
+/// Some pixels in 16 bits.
+struct widened_pixels {
+    std::int16_t values[gemm_widened];
+    std::size_t segment_count, segment_stride, pixel_stride, pairs, most;
+
+    widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
+        : segment_count(weights.segments),
+          segment_stride(gemm_widened / weights.segments),
+          // Windows that overlap or lie side by side stay so.
+          pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
+          pairs((weights.inputs + gemm_group - 1) / gemm_group) {
+        const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
+        most = fit < gemm_tile ? fit : fit / gemm_tile * gemm_tile;
+    }
+
+    void fill(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t input_stride, std::size_t first,
+              std::size_t count) {
+        for (std::size_t s = 0; s < segment_count; ++s) {
+            const std::uint8_t* const from = segments[s] + first * input_stride;
+            std::int16_t* const to = values + s * segment_stride;
+            if (input_stride == pixel_stride)
+                widen(from, (count - 1) * pixel_stride + weights.inputs, to);
+            else
+                for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one value too many
+        }
+    }
+};
+
+/// What all tiles of some pixels and one panel share.
+struct gemm_panel {
+    const widened_pixels& input;
+    const gemm_u8_weights& weights;
+    const std::int16_t* values;
+    std::size_t first_output, held;
+};
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, v128_t* sums, const std::int16_t* inputs,
+                                                const v128_t* weights) {
+    const v128_t two = wasm_v128_load32_splat(inputs);
+    ((sums[v] = wasm_i32x4_add(sums[v], wasm_i32x4_dot_i16x8(two, weights[v]))), ...);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void copy(std::index_sequence<v...>, v128_t* to, const v128_t* from) {
+    ((to[v] = from[v]), ...);
+}
+
+template <std::size_t vectors, bool positive>
+[[gnu::always_inline]] inline void store_pixel(const v128_t* sums, const requantizer<positive>& requantize, std::size_t held,
+                                               std::uint8_t* result) {
+    const v128_t a = requantize(sums[0]), b = vectors > 1 ? requantize(sums[vectors - 1]) : a;
+    store_first(result, narrow(a, b, a, b), held);
+}
+
+template <std::size_t... p, std::size_t... v, bool positive>
+inline void gemm_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const gemm_panel& panel,
+                         std::size_t first_pixel, const requantizer<positive>& requantize, std::uint8_t* result) {
+    v128_t sums[sizeof...(p) * sizeof...(v)];
+    const std::int32_t* const bias = panel.weights.bias.data() + panel.first_output;
+    const v128_t start[] = {wasm_v128_load(bias + v * gemm_lanes)...};
+    (copy(vectors, sums + p * sizeof...(v), start), ...);
+    const widened_pixels& input = panel.input;
+    const std::int16_t* weights = panel.values;
+    const std::size_t stride = input.pixel_stride;
+    for (std::size_t s = 0; s < input.segment_count; ++s) {
+        const std::int16_t* x = input.values + s * input.segment_stride + first_pixel * stride;
+        for (std::size_t pair = 0; pair < input.pairs; ++pair) {
+            const v128_t w[] = {wasm_v128_load(weights + v * gemm_lanes * gemm_group)...};
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            x += gemm_group;
+            weights += sizeof...(v) * gemm_lanes * gemm_group;
+        }
+    }
+    (store_pixel<sizeof...(v)>(sums + p * sizeof...(v), requantize, panel.held, result + p * panel.weights.outputs), ...);
+}
+
+template <std::size_t vectors, bool positive>
+inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8_t* result) {
+    constexpr std::make_index_sequence<gemm_tile> tile{};
+    constexpr std::make_index_sequence<vectors> wide{};
+    const requantizer<positive> requantize(panel.weights.fast);
+    const std::size_t outputs = panel.weights.outputs;
+    std::size_t p = 0;
+    for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before and gives the same values once more
+        p = count - gemm_tile;
+        gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
+        return;
+    }
+    for (; p < count; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, p, requantize, result + p * outputs);
+}
+
+inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                           std::size_t pixels, std::uint8_t* result) {
+    static constexpr void (*panel_functions[2][gemm_most_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
+        {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
+    const auto& functions = panel_functions[weights.output.zero_point == 0];
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    widened_pixels input(weights, pixel_stride);
+    for (std::size_t done = 0; done < pixels;) {
+        const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
+        input.fill(weights, segments, pixel_stride, done, count);
+        gemm_panel panel{input, weights, weights.wide.data(), 0, 0};
+        for (std::size_t i = 0; i < cut.panels; ++i) {
+            const std::size_t vectors = cut.vectors_in(i), all = vectors * gemm_lanes,
+                              rest = weights.outputs - panel.first_output;
+            panel.held = rest < all ? rest : all;
+            functions[vectors - 1](panel, count, result + done * weights.outputs + panel.first_output);
+            panel.first_output += all;
+            panel.values += input.segment_count * input.pairs * all * gemm_group;
+        }
+        done += count;
+    }
+}
+
+/// The sum of one pixel and one output.
+[[gnu::always_inline]] inline std::int32_t single_output_sum(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
+                                                             std::size_t offset) {
+    v128_t sums = wasm_i32x4_splat(0);
+    const std::int16_t* w = weights.wide.data();
+    for (std::size_t s = 0; s < weights.segments; ++s) {
+        const std::uint8_t* const x = segments[s] + offset;
+        std::size_t i = 0;
+        for (; i + 8 <= weights.inputs; i += 8, w += 8)
+            sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(x + i), wasm_v128_load(w)));
+        if (i == weights.inputs) continue;
+        std::uint8_t rest[8] = {};
+        std::memcpy(rest, x + i, weights.inputs - i);
+        sums = wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(wasm_u16x8_load8x8(rest), wasm_v128_load(w)));
+        w += 8;
+    }
+    sums = wasm_i32x4_add(sums, wasm_i32x4_shuffle(sums, sums, 2, 3, 0, 1));
+    return wasm_i32x4_extract_lane(sums, 0) + wasm_i32x4_extract_lane(sums, 1);
+}
+
+inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                                  std::size_t pixels, std::uint8_t* result) {
+    const requantizer<false> requantize(weights.fast);
+    for (std::size_t first = 0; first < pixels; first += gemm_lanes) {
+        std::int32_t sums[gemm_lanes] = {};
+        const std::size_t count = pixels - first < gemm_lanes ? pixels - first : gemm_lanes;
+        for (std::size_t p = 0; p < count; ++p)
+            sums[p] = weights.bias[0] + single_output_sum(weights, segments, (first + p) * pixel_stride);
+        const v128_t values = requantize(wasm_v128_load(sums));
+        store_first(result + first, narrow(values, values, values, values), count);
+    }
+}
+
+inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
+                    std::size_t pixels, std::uint8_t* result) {
+    static constexpr auto kinds = {gemm_u8_panels, gemm_u8_single_output};
+    kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif

@@ -1,0 +1,55 @@
+// Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/mesh/detail/boundary_walk.hpp>
+
+#include <cstdint>
+#include <cstring>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
+class outline_clearance {
+public:
+    /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
+    /// clearance  in pixels, 1 to 64
+    outline_clearance(const graph& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+        : g_(g), sides_(sides), clearance_(clearance) {}
+
+    /// Whether the chart ends above one of the pixels of the row within the clearance.
+    bool ends_above(std::int32_t pixel) const { return (sides_around(pixel) & side_bit(0)) != 0; }
+
+    /// Whether the rows from that of `pixel` on towards side `s` (0 up, 2 down) belong to the chart all around, over the
+    /// clearance.
+    bool is_clear(std::int32_t pixel, int s) const {
+        for (std::int32_t row = 1;; ++row) {
+            const std::int32_t first = pixel - clearance_, last = pixel + clearance_ - 1;
+            for (std::int32_t i = first; i < last; ++i)
+                if ((sides_[i] & side_bit(1)) != 0) return false;
+            if (row == clearance_) return true;
+            if ((sides_around(pixel) & side_bit(s)) != 0) return false;
+            pixel = (s == 0 ? g_.up : g_.down)[pixel];
+        }
+    }
+
+private:
+    /// The boundary sides of all pixels of the row within the clearance, in one byte.
+    std::uint8_t sides_around(std::int32_t pixel) const {
+        const std::uint8_t* at = sides_.data() + (pixel - clearance_);
+        const std::uint8_t* const end = sides_.data() + (pixel + clearance_);
+        std::uint64_t eight = 0, all = 0;
+        for (; end - at >= 8; at += 8) std::memcpy(&eight, at, 8), all |= eight;
+        for (const int half : {32, 16, 8}) all |= all >> half;
+        std::uint8_t around = all & 0xFF;
+        for (; at != end; ++at) around |= *at;
+        return around;
+    }
+
+    const graph& g_;
+    const buffer<std::uint8_t>& sides_;
+    std::int32_t clearance_;
+};
+
+}  // namespace ldi::detail

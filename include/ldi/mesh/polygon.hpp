@@ -1,0 +1,58 @@
+// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
+// Coordinates are integers, so every question about them has an exact answer in 64 bits.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct lattice_point {
+    std::int32_t x, y;  ///< within +-2^18
+
+    friend bool operator==(const lattice_point&, const lattice_point&) = default;
+};
+
+/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
+/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
+/// the interior.
+///
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
+/// interior that meets there, as a walk along the inside of the outline finds it.
+struct polygon {
+    buffer<lattice_point> points;
+    buffer<std::int32_t> next;
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+
+    void clear() { points.clear(), next.clear(), outline_count = 0; }
+};
+
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+struct triangulation {
+    buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
+    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+};
+
+namespace detail {
+
+/// The order of the sweep: from top to bottom, then from left to right.
+inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
+
+/// Positive if a, b, c turn right on screen.
+inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
+    return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
+}
+
+/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
+    constexpr std::int32_t offset = 1 << 19;
+    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    return static_cast<std::uint64_t>(event);
+}
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
+
+}  // namespace detail
+
+}  // namespace ldi

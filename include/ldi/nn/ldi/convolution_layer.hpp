@@ -1,0 +1,68 @@
+// A convolution of a network on layered images, with its weights: what a network is written in. It serves any number of graphs;
+// the plan says which, and whether the result lies on the coarser one. Float32; for other arithmetics, masks, and results in
+// memory of your own there is nn/ldi/convolution.hpp.
+//
+//     const ldi::coarsened half = ldi::coarsen(g);
+//     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
+//     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);                            // stride 2
+//     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
+#pragma once
+
+#include <ldi/base/executor.hpp>
+#include <ldi/kernels/conv_f32.hpp>
+#include <ldi/kernels/isa.hpp>
+#include <ldi/nn/ldi/convolution.hpp>
+#include <ldi/nn/ldi/convolution_plan.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct convolution_options {
+    std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
+    activation after = no_activation;  ///< what happens to the sums: relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< what does not exist is left out of the average; otherwise it counts as zero
+    isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
+};
+
+class convolution_layer {
+public:
+    /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite, as PyTorch stores them
+    /// bias     outputs
+    convolution_layer(std::span<const float> weights, std::span<const float> bias, const convolution_options& options = {})
+        : weights_(pack_convolution(options.target, weights, bias, options.kernel_size, options.after)),
+          is_partial_(options.is_partial) {}
+
+    /// plan    of this layer's kernel size
+    /// inputs  one after the other they are the layer's input channels: a concatenation that is not written out. Masks
+    ///         count where the layer is partial, and must be empty elsewhere
+    ///
+    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. Its bits
+    /// depend neither on the executor nor on what lies outside a pixel's window.
+    template <executor Executor = const serial_executor>
+    feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
+                           Executor&& threads = {}) const {
+        feature_map result(plan.output_count, weights_.outputs);
+        const std::span<const feature_view> sources(inputs.begin(), inputs.size());
+        if (is_partial_)
+            convolve_partially(plan, weights_, sources, result.values, {}, threads);
+        else
+            convolve(plan, weights_, sources, result.values, threads);
+        return result;
+    }
+
+    template <executor Executor = const serial_executor>
+    feature_map operator()(const convolution_plan& plan, const feature_map& input, Executor&& threads = {}) const {
+        return (*this)(plan, {feature_view(input)}, threads);
+    }
+
+private:
+    conv_f32_weights weights_;
+    bool is_partial_;
+};
+
+}  // namespace ldi

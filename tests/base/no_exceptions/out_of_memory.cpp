@@ -1,0 +1,52 @@
+// A program of its own, compiled with -fno-exceptions -fno-rtti: where the caller's memory has no more, the handler hears of it.
+// It jumps out, so that many places can be tried. Exit code 0 means that it was called at each of them.
+
+#include "tests/support/counted_memory.hpp"
+
+#include <ldi/core/canonical_order.hpp>
+#include <ldi/core/coarsening.hpp>
+#include <ldi/core/image.hpp>
+
+#include <csetjmp>
+#include <cstdio>
+#include <string_view>
+
+static_assert(LDI_HAS_EXCEPTIONS == 0, "compile this file with -fno-exceptions");
+
+namespace {
+
+std::jmp_buf place;
+bool is_message_right = true;
+
+void jump_out(const ldi::error_details& details) {
+    is_message_right = is_message_right && details.code == ldi::error_code::out_of_memory &&
+                       ldi::to_string(details) == "memory: expected enough of it, found too little (out of memory)";
+    std::longjmp(place, 1);
+}
+
+/// Whether all goes well with so many allocations.
+bool is_enough(std::size_t calls) {
+    static ldi::testing::counted_memory own;  // outlives what the jump leaves behind
+    own.calls = 0, own.most = calls;
+    const ldi::memory& before = ldi::current_memory();
+    if (setjmp(place) != 0) {
+        ldi::detail::memory_of_thread() = &before;  // the jump skips the scope's destructor
+        return false;
+    }
+    const ldi::memory_scope scope(own.source);
+    const ldi::image<float> picture(40, 50);
+    const ldi::coarsened coarse = ldi::coarsen(ldi::make_grid(9, 9), ldi::orphan_rule::adopt_nearest);
+    return picture.size() == 2000 && coarse.topology.size() == 25;
+}
+
+}  // namespace
+
+int main() {
+    ldi::set_error_handler(jump_out);
+    std::size_t refused = 0;
+    while (refused < 1000 && !is_enough(refused)) ++refused;
+    if (refused < 8 || refused == 1000 || !is_message_right) {
+        std::fprintf(stderr, "%zu allocations; the message is %s\n", refused, is_message_right ? "right" : "wrong");
+        return 1;
+    }
+}

@@ -1,0 +1,86 @@
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/plain_png.hpp>
+
+#include <catch2/catch.hpp>
+#include <tests/formats/support.hpp>
+
+#include <zlib.h>
+
+#include <random>
+
+using namespace ldi;
+using namespace ldi::test;
+
+namespace {
+
+/// What a decoder makes of the file, which checks every checksum on the way. Gray comes back as three equal channels.
+void check_reads_back(const image<std::uint8_t>& picture) {
+    const buffer<std::byte> file = encode_plain_png(picture);
+    const image<std::uint8_t> back = decode_photo(file).color;
+    REQUIRE(back.height() == picture.height());
+    REQUIRE(back.width() == picture.width());
+    for (std::size_t y = 0; y < back.height(); ++y)
+        for (std::size_t x = 0; x < back.width(); ++x)
+            for (std::size_t c = 0; c < 3; ++c) REQUIRE(back(y, x, c) == picture(y, x, picture.channels() == 3 ? c : 0));
+}
+
+image<std::uint8_t> random_picture(std::mt19937& random, std::size_t height, std::size_t width, std::size_t channels,
+                                   unsigned noise) {
+    image<std::uint8_t> picture(height, width, channels);
+    for (std::uint8_t& value : picture) value = static_cast<std::uint8_t>(noise == 0 ? 7 : random() % noise);
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("pictures of every shape and kind come back from a PNG file as they were") {
+    std::mt19937 random(4);
+    for (std::size_t channels : {std::size_t{1}, std::size_t{3}})
+        for (unsigned noise : {0U, 2U, 40U, 256U})
+            for (auto [height, width] : {std::pair{1, 1}, {1, 70}, {70, 1}, {33, 65}, {64, 48}})
+                check_reads_back(
+                    random_picture(random, static_cast<std::size_t>(height), static_cast<std::size_t>(width), channels, noise));
+    check_reads_back(smooth_picture(120, 200, 3));
+}
+
+TEST_CASE("a view with a gap between its rows is written without it") {
+    const image<std::uint8_t> whole = smooth_picture(20, 30, 3);
+    const image_view<const std::uint8_t> part(whole.row(2) + 12, 9, 11, 3, whole.row_stride());
+    CHECK(encode_plain_png(part) == encode_plain_png(image<std::uint8_t>(part)));
+}
+
+TEST_CASE("a code is never longer than deflate can say") {
+    // Counts that grow as Fibonacci's numbers lead to the longest codes.
+    std::array<std::size_t, 257> counts{};
+    std::size_t a = 1, b = 1;
+    for (std::size_t s = 0; s < 40; ++s) {
+        counts[s] = a;
+        b += a;
+        std::swap(a, b);
+    }
+    const std::array<int, 257> lengths = detail::plain_png::code_lengths(counts);
+    CHECK(*std::max_element(lengths.begin(), lengths.end()) <= 15);
+    double filled = 0;
+    for (const int length : lengths) filled += length > 0 ? std::ldexp(1.0, -length) : 0;
+    CHECK(filled == 1);
+}
+
+TEST_CASE("checksums are zlib's") {
+    std::mt19937 random(6);
+    for (std::size_t size : {0U, 1U, 7U, 8U, 9U, 5551U, 5552U, 5553U, 100000U}) {
+        byte_string bytes(size);
+        for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+        const unsigned char* const data = reinterpret_cast<const unsigned char*>(bytes.data());
+        CHECK(detail::crc32(bytes) == ::crc32_z(0, data, size));
+        CHECK(detail::adler32(bytes) == ::adler32_z(1, data, size));
+        if (size > 5)
+            CHECK(detail::crc32(std::span(bytes).subspan(5), detail::crc32(std::span(bytes).first(5))) == detail::crc32(bytes));
+    }
+    const byte_string ones(200000, std::byte{255});
+    CHECK(detail::adler32(ones) == ::adler32_z(1, reinterpret_cast<const unsigned char*>(ones.data()), ones.size()));
+}
+
+TEST_CASE("a picture that a PNG file can't hold is refused before anything is allocated") {
+    const std::uint8_t pixel[3] = {};
+    CHECK(raised([&] { encode_plain_png(image_view<const std::uint8_t>(pixel, 100000, 100000, 3)); }) == error_code::too_large);
+}

@@ -1,0 +1,51 @@
+// One of the translation units that configurations.py compiles with different flags into one program.
+#include <ldi/fwd.hpp>
+
+struct holder {  // what a forward declaration is for
+    ldi::graph* topology;
+    const ldi::error_details* details;
+};
+
+#include <ldi/ldi.hpp>
+
+#include <vector>
+
+/// What a user adds to pixels.
+struct temperature {
+    using scalar = float;
+    static constexpr std::size_t channels = 1;
+};
+
+/// Specialized from outside of the inline namespace.
+template <>
+constexpr ldi::new_pixels ldi::at_new_pixels<temperature>() {
+    return ldi::new_pixels::zero;
+}
+static_assert(ldi::at_new_pixels<temperature>() == ldi::new_pixels::zero);
+
+/// A number that depends on nothing but the arithmetic of what it runs through.
+double LDI_UNIT() {
+    ldi::graph grid = ldi::make_grid(9, 7);
+    grid.unlink(10, ldi::side::right);
+    holder held{&grid, nullptr};
+    ldi::image<std::uint8_t> picture(20, 30, 3);
+    for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = static_cast<std::uint8_t>(i * 7);
+    ldi::serial_executor threads;
+    const ldi::image<std::uint8_t> small = ldi::area_resize(picture, 7, 9, threads);
+    const ldi::image<float> disparity(7, 9, 1, 0.5F);
+    const auto layer = ldi::add_column<temperature>(ldi::lift(small, disparity), ldi::buffer<float>(63, 2.0F));
+    ldi::textured_mesh mesh{{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}};
+    const ldi::buffer<std::byte> glb = ldi::encode_glb(mesh, small);
+    double sum = static_cast<double>(glb.size() + layer.size() +
+                                     ldi::coarsen(*held.topology, ldi::orphan_rule::adopt_nearest).topology.size());
+    for (const std::byte byte : glb) sum += std::to_integer<int>(byte);
+#if LDI_HAS_EXCEPTIONS
+    try {
+        ldi::encode_glb({}, small);
+        return 0;
+    } catch (const ldi::error& e) {
+        if (e.code() != ldi::error_code::invalid_data) return 0;
+    }
+#endif
+    return ldi::validate(grid).has_value() ? 0 : sum;
+}

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""Translation units that are compiled differently work in one program, and share no function of ldi: what the linker keeps of two
+with the same name would be wrong for one of them, or use instructions that the processor lacks.
+
+    configurations.py FOLDER COMPILER [FLAG...]     what is built lies in FOLDER
+"""
+
+import itertools
+import platform
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+SETTINGS = {"plain": ["-O1"], "without_exceptions": ["-O1", "-fno-exceptions"], "ndebug": ["-O1", "-DNDEBUG"],
+            "own_assert": ["-O1", "-DLDI_ASSERT(condition)=static_cast<void>(condition)"]}
+if platform.machine() in ("x86_64", "AMD64"):
+    SETTINGS |= {"avx2": ["-O3", "-mavx2"], "avx2_fma": ["-O3", "-mavx2", "-mfma"], "sse4": ["-O3", "-msse4.2"]}
+
+folder, compiler = Path(sys.argv[1]), sys.argv[2:]
+folder.mkdir(parents=True, exist_ok=True)
+
+
+def compile_unit(setting):
+    """An object in which the unit is called as the setting."""
+    unit = folder / f"{setting}.o"
+    subprocess.run([*compiler, "-std=c++20", f"-I{ROOT / 'include'}", f"-DLDI_UNIT=unit_{setting}", *SETTINGS[setting], "-c",
+                    HERE / "configuration.cpp", "-o", unit], check=True)
+    return unit
+
+
+def shared_symbols(unit):
+    """The names of functions and variables that an object shares with others: weak (W, V) and unique (u) ones."""
+    lines = subprocess.run(["nm", "-C", unit], check=True, capture_output=True, text=True).stdout.splitlines()
+    return {line.split(maxsplit=2)[2] for line in lines if re.match(r"[0-9a-f]+ [WVu] ", line)}
+
+
+with ThreadPoolExecutor(2) as pool:
+    units = dict(zip(SETTINGS, pool.map(compile_unit, SETTINGS)))
+symbols = {setting: shared_symbols(unit) for setting, unit in units.items()}
+if not any("ldi::" in name for name in symbols["plain"]):
+    sys.exit("nm shows none of ldi's functions")
+for first, second in itertools.combinations(SETTINGS, 2):
+    common = sorted(name for name in symbols[first] & symbols[second] if "ldi::" in name)
+    if common:
+        sys.exit(f"{first} and {second} share " + ", ".join(common[:10]))
+
+# The standard library's own are everybody's. What of it is made for ldi's types has the configuration's name in it.
+for setting, unit in units.items():
+    if setting == "plain":
+        continue
+    program = folder / f"plain_and_{setting}"
+    names = ["-Dfirst_unit=unit_plain", f"-Dsecond_unit=unit_{setting}"]
+    for order in ([units["plain"], unit], [unit, units["plain"]]):
+        subprocess.run([*compiler, "-std=c++20", *names, HERE / "configurations.cpp", *order, "-pthread", "-o", program], check=True)
+        subprocess.run([program], check=True, stdout=subprocess.DEVNULL)
+print(f"{len(units)} configurations: {len(units) - 1} pairs work, and no two share a function of ldi")

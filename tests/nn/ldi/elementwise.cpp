@@ -1,0 +1,99 @@
+#include <ldi/base/executor.hpp>
+#include <ldi/core/coarsening.hpp>
+#include <ldi/nn/ldi/elementwise.hpp>
+
+#include "tests/support/random_features.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <utility>
+
+using namespace ldi;
+using ldi::testing::random_features;
+
+TEST_CASE("addition adds what each pixel has, an upsampled map's parent, and nothing to a pixel without one") {
+    testing::for_random_graphs(20, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half = coarsen(layers.topology);
+        const feature_map a = random_features(random, layers.topology.size(), 3),
+                          b = random_features(random, layers.topology.size(), 3),
+                          coarse = random_features(random, half.kept.size(), 3);
+        const feature_map beside = add(a, b), above = add(a, upsample(coarse, half.parent));
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(a.pixels()); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                CHECK(beside.at(i)[c] == a.at(i)[c] + b.at(i)[c]);
+                const std::int32_t parent = half.parent[i];
+                CHECK(above.at(i)[c] == a.at(i)[c] + (parent == no_pixel ? 0.0F : coarse.at(parent)[c]));
+            }
+    });
+}
+
+TEST_CASE("concatenation has the channels of the first map, then those of the next, zeros where there is no parent") {
+    testing::for_random_graphs(21, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half = coarsen(layers.topology);
+        const feature_map coarse = random_features(random, half.kept.size(), 2),
+                          fine = random_features(random, layers.topology.size(), 3);
+        const feature_map both = concatenate({upsample(coarse, half.parent), fine});
+        REQUIRE(both.channels == 5);
+        REQUIRE(both.pixels() == layers.topology.size());
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(both.pixels()); ++i) {
+            const std::int32_t parent = half.parent[i];
+            for (std::size_t c = 0; c < 2; ++c) CHECK(both.at(i)[c] == (parent == no_pixel ? 0.0F : coarse.at(parent)[c]));
+            for (std::size_t c = 0; c < 3; ++c) CHECK(both.at(i)[2 + c] == fine.at(i)[c]);
+        }
+    });
+}
+
+TEST_CASE("on a grid an upsampled map repeats every pixel of the coarse image") {
+    std::mt19937 random(22);
+    const graph g = make_grid(13, 7);
+    const coarsened half = coarsen(g);
+    const feature_map coarse = random_features(random, half.kept.size(), 2);
+    const feature_map fine = concatenate({upsample(coarse, half.parent)});
+    for (std::int32_t y = 0; y < 7; ++y)
+        for (std::int32_t x = 0; x < 13; ++x)
+            for (std::size_t c = 0; c < 2; ++c) CHECK(fine.at(y * 13 + x)[c] == coarse.at(y / 2 * 7 + x / 2)[c]);
+}
+
+TEST_CASE("activations are what their names say") {
+    std::mt19937 random(23);
+    const feature_map x = random_features(random, 40, 5);
+    const feature_map rectified = activate(x, relu), leaky = activate(x, leaky_relu(0.2F)), squashed = sigmoid(x),
+                      tangent = tanh(x);
+    for (std::size_t i = 0; i < x.values.size(); ++i) {
+        const float v = x.values[i];
+        CHECK(rectified.values[i] == (v > 0.0F ? v : 0.0F));
+        CHECK(leaky.values[i] == (v > 0.0F ? v : 0.2F * v));
+        CHECK(double{squashed.values[i]} == Approx(1.0 / (1.0 + std::exp(-double{v}))).epsilon(1e-6));
+        CHECK(double{tangent.values[i]} == Approx(std::tanh(double{v})).epsilon(1e-6));
+    }
+    CHECK(sigmoid(feature_map(x)).channels == 5);
+}
+
+TEST_CASE("sigmoid and tanh reach their limits and no further") {
+    feature_map x(1, 4);
+    x.values = {-1000.0F, 1000.0F, -30.0F, 30.0F};
+    const feature_map squashed = sigmoid(x), tangent = tanh(x);
+    CHECK(squashed.values[0] == 0.0F);
+    CHECK(squashed.values[1] == 1.0F);
+    CHECK(tangent.values[0] == -1.0F);
+    CHECK(tangent.values[1] == 1.0F);
+}
+
+TEST_CASE("a map that is moved in is changed in its own memory") {
+    std::mt19937 random(24);
+    feature_map x = random_features(random, 100, 4);
+    const feature_map b = random_features(random, 100, 4);
+    const float* const values = x.values.data();
+    const feature_map result = tanh(activate(add(std::move(x), b), relu));
+    CHECK(result.values.data() == values);
+}
+
+TEST_CASE("what is done to each pixel by itself has the same bits on any number of threads") {
+    std::mt19937 random(25);
+    const feature_map a = random_features(random, 20000, 3), b = random_features(random, 20000, 3);
+    thread_pool three(3);
+    CHECK(add(a, b).values == add(a, b, three).values);
+    CHECK(concatenate({a, b}).values == concatenate({a, b}, three).values);
+    CHECK(sigmoid(a).values == sigmoid(a, three).values);
+}

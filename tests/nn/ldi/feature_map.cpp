@@ -1,0 +1,43 @@
+#include <ldi/core/coarsening.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
+
+#include "tests/support/random_features.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <utility>
+
+using namespace ldi;
+
+TEST_CASE("a feature map has a row of channels for each pixel, and moves without a copy") {
+    std::mt19937 random(1);
+    feature_map a = testing::random_features(random, 7, 3);
+    CHECK(a.pixels() == 7);
+    CHECK(a.at(4).data() == a.values.data() + 12);
+    CHECK(a.at(4).size() == 3);
+    const float* const values = a.values.data();
+    const feature_map b = std::move(a);
+    CHECK(b.values.data() == values);
+    CHECK(b.at(6).data() == values + 18);
+    CHECK(feature_map().pixels() == 0);
+}
+
+TEST_CASE("a view of a map shows its own memory") {
+    std::mt19937 random(2);
+    const feature_map a = testing::random_features(random, 5, 2);
+    const feature_view view = a;
+    CHECK(view.values.data() == a.values.data());
+    CHECK(view.pixels() == 5);
+    CHECK(view.row_of(3) == 3);
+    CHECK(view.row_of(no_pixel) == no_pixel);
+}
+
+TEST_CASE("an upsampled map has as many pixels as the finer graph, and each reads its parent's row") {
+    testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half = coarsen(layers.topology);
+        const feature_map coarse = testing::random_features(random, half.kept.size(), 2);
+        const feature_view fine = upsample(coarse, half.parent);
+        CHECK(fine.pixels() == layers.topology.size());
+        for (std::size_t i = 0; i < half.parent.size(); ++i) CHECK(fine.row_of(static_cast<std::int32_t>(i)) == half.parent[i]);
+    });
+}

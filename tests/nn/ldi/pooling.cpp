@@ -1,0 +1,79 @@
+#include <ldi/base/executor.hpp>
+#include <ldi/nn/ldi/pooling.hpp>
+
+#include "tests/support/random_features.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+using namespace ldi;
+
+TEST_CASE("a coarse pixel has the average and the largest of the pixels that collapse to it") {
+    testing::for_random_graphs(10, 200, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half =
+            coarsen(layers.topology, testing::chance(random, 50) ? orphan_rule::stay : orphan_rule::adopt_nearest);
+        const feature_map fine = testing::random_features(random, layers.topology.size(), 3);
+        const feature_map average = average_pool(fine, half), largest = max_pool(fine, half);
+        REQUIRE(average.pixels() == half.kept.size());
+        REQUIRE(largest.pixels() == half.kept.size());
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(half.kept.size()); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                float sum = 0.0F, most = -10.0F;
+                int count = 0;
+                for (std::int32_t p = 0; p < static_cast<std::int32_t>(half.parent.size()); ++p) {
+                    if (half.parent[p] != i) continue;
+                    sum += fine.at(p)[c], most = (std::max)(most, fine.at(p)[c]), ++count;
+                }
+                REQUIRE(count > 0);
+                CHECK(average.at(i)[c] == sum / static_cast<float>(count));
+                CHECK(largest.at(i)[c] == most);
+            }
+    });
+}
+
+TEST_CASE("on a grid pooling is that of images, over 2 x 2 pixels and what is left of them at an odd border") {
+    std::mt19937 random(11);
+    for (const auto& [width, height] : {std::pair{12, 8}, {13, 7}, {1, 5}}) {
+        const graph g = make_grid(width, height);
+        const coarsened half = coarsen(g);
+        const feature_map image = testing::random_features(random, g.size(), 2);
+        const feature_map average = average_pool(image, half), largest = max_pool(image, half);
+        const int columns = (width + 1) / 2, rows = (height + 1) / 2;
+        REQUIRE(average.pixels() == static_cast<std::size_t>(columns * rows));
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < columns; ++x)
+                for (std::size_t c = 0; c < 2; ++c) {
+                    float sum = 0.0F, most = -10.0F, count = 0.0F;
+                    for (int v = 2 * y; v < (std::min)(2 * y + 2, height); ++v)
+                        for (int u = 2 * x; u < (std::min)(2 * x + 2, width); ++u) {
+                            sum += image.at(v * width + u)[c], count += 1.0F;
+                            most = (std::max)(most, image.at(v * width + u)[c]);
+                        }
+                    CHECK(average.at(y * columns + x)[c] == sum / count);
+                    CHECK(largest.at(y * columns + x)[c] == most);
+                }
+    }
+}
+
+TEST_CASE("pooling does not mix two surfaces that a silhouette parts") {
+    graph g = make_grid(4, 2);
+    for (const std::int32_t i : {1, 5}) g.unlink(i, side::left);  // pixels 0 and 4 are a surface of their own
+    feature_map values(8, 1);
+    for (std::int32_t i = 0; i < 8; ++i) values.at(i)[0] = i % 4 == 0 ? 100.0F : 1.0F;
+    const coarsened half = coarsen(g);
+    const feature_map average = average_pool(values, half), largest = max_pool(values, half);
+    CHECK(average.at(0)[0] == 100.0F);
+    CHECK(average.at(1)[0] == 1.0F);
+    CHECK(largest.at(1)[0] == 1.0F);
+}
+
+TEST_CASE("pooling has the same bits on any number of threads") {
+    std::mt19937 random(12);
+    const graph g = make_grid(150, 90);
+    const coarsened half = coarsen(g);
+    const feature_map fine = testing::random_features(random, g.size(), 5);
+    thread_pool three(3);
+    CHECK(average_pool(fine, half).values == average_pool(fine, half, three).values);
+    CHECK(max_pool(fine, half).values == max_pool(fine, half, three).values);
+}

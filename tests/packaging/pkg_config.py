@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""A compiler finds an installed ldi through pkg-config, also after the installed tree has moved; license and single header are there.
+
+    pkg_config.py PREFIX FOLDER COMPILER
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+prefix, folder, compiler = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+consumer = Path(__file__).with_name("consumer.cpp")
+moved = folder / "moved"
+shutil.rmtree(folder, ignore_errors=True)
+for part in ("include", "share/pkgconfig", "share/licenses", "share/ldi"):
+    shutil.copytree(prefix / part, moved / part)
+
+environment = os.environ | {"PKG_CONFIG_PATH": str(moved / "share/pkgconfig")}
+flags = subprocess.run(["pkg-config", "--cflags", "--libs", "ldi >= 0.1"], env=environment, check=True, capture_output=True, text=True).stdout.split()
+subprocess.run([compiler, "-std=c++20", consumer, *flags, "-o", folder / "consumer"], check=True)
+subprocess.run([folder / "consumer"], check=True)
+
+single = folder / "single.cpp"
+program = consumer.read_text(encoding="utf-8")
+single.write_text("#include <ldi/ldi.hpp>\n" + "".join(line for line in program.splitlines(True) if not line.startswith("#include")), encoding="utf-8")
+subprocess.run([compiler, "-std=c++20", "-fsyntax-only", f"-I{moved / 'share/ldi/single_include'}", single], check=True)
+if "MIT" not in (moved / "share/licenses/ldi/LICENSE").read_text(encoding="utf-8"):
+    sys.exit("the license is not where it belongs")
