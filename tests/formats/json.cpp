@@ -123,8 +123,8 @@ TEST_CASE("damaged documents are refused where nlohmann/json refuses them") {
         const nlohmann::json expected = nlohmann::json::parse(text, nullptr, false);
         const std::string said = complaint(text);
         CAPTURE(text, said);
-        // What nlohmann/json lets pass or refuses otherwise: names twice; a number beyond double's range.
-        if (said.find("twice") != std::string::npos ||
+        // What nlohmann/json lets pass or refuses otherwise: names twice; a zero byte, its end of a text; a huge number.
+        if (said.find("twice") != std::string::npos || text.find('\0') != std::string::npos ||
             (expected.is_discarded() && said == "nothing raised" && text.find_first_of("eE") != std::string::npos))
             continue;
         REQUIRE((said == "nothing raised") == expected.is_object());

@@ -1,13 +1,13 @@
 // A program of its own, compiled with -fno-exceptions -fno-rtti: where the caller's memory has no more, the handler hears of it.
 // It jumps out, so that many places can be tried. Exit code 0 means that it was called at each of them.
 
-#include "tests/support/counted_memory.hpp"
-
+#include <ldi/base/memory.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/image.hpp>
 
 #include <csetjmp>
+#include <cstddef>
 #include <cstdio>
 #include <string_view>
 
@@ -24,16 +24,33 @@ void jump_out(const ldi::error_details& details) {
     std::longjmp(place, 1);
 }
 
+/// Gives out its bytes one after the other: a jump skips destructors, so what they would have given back is taken back at once.
+struct arena {
+    static constexpr std::size_t capacity = std::size_t{1} << 20;
+    alignas(64) std::byte bytes[capacity];
+    std::size_t used = 0, calls = 0, most = 0;
+
+    static void* allocate(void* context, std::size_t count, std::size_t alignment) {
+        arena& self = *static_cast<arena*>(context);
+        const std::size_t first = (self.used + alignment - 1) / alignment * alignment;
+        if (self.calls++ >= self.most || alignment > 64 || count > capacity - first) return nullptr;
+        self.used = first + count;
+        return self.bytes + first;
+    }
+    static void release(void*, void*, std::size_t) {}
+};
+
 /// Whether all goes well with so many allocations.
 bool is_enough(std::size_t calls) {
-    static ldi::testing::counted_memory own;  // outlives what the jump leaves behind
-    own.calls = 0, own.most = calls;
+    static arena own;
+    static const ldi::memory source{&own, &arena::allocate, &arena::release};
+    own.used = own.calls = 0, own.most = calls;
     const ldi::memory& before = ldi::current_memory();
     if (setjmp(place) != 0) {
         ldi::detail::memory_of_thread() = &before;  // the jump skips the scope's destructor
         return false;
     }
-    const ldi::memory_scope scope(own.source);
+    const ldi::memory_scope scope(source);
     const ldi::image<float> picture(40, 50);
     const ldi::coarsened coarse = ldi::coarsen(ldi::make_grid(9, 9), ldi::orphan_rule::adopt_nearest);
     return picture.size() == 2000 && coarse.topology.size() == 25;
