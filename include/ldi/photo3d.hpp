@@ -13,6 +13,7 @@
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
+#include <ldi/depth/sharpen_edges.hpp>
 #include <ldi/depth/weighted_median.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/mesh/build_mesh.hpp>
@@ -72,6 +73,7 @@ struct photo3d_options {
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
+    sharpen_options sharpen;
     resample_options resample;
     weighted_median_options median;
     middle_component_options components;
@@ -117,7 +119,7 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
                                Executor& threads) {
     if (estimated.height() >= photo.height())
         return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
-    image<float> sharpened = estimated;
+    image<float> sharpened = sharpen_edges(estimated, options.surface, options.sharpen, threads);
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
