@@ -34,7 +34,8 @@ public:
     std::int32_t y(std::int32_t c) const { return c / stride_; }
     std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
     bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
-    bool on_border(std::int32_t c) const { return x(c) == 0 || y(c) == 0 || x(c) == width_ || y(c) == height_; }
+    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
     int degree(std::int32_t c) const {
         int count = 0;
         for (side s : all_sides) count += has(c, s) ? 1 : 0;

@@ -1,0 +1,226 @@
+// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
+// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+//
+// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front and
+// back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and does not
+// jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section
+// "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/occlusion/detail/curve_band.hpp>
+#include <ldi/occlusion/detail/trace_curves.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The defaults were chosen by trial, on true depth degraded as networks do.
+struct alignment_options {
+    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves none.
+    float uncertainty = 3.0F;
+    /// The larger, the less a silhouette bends to follow colors.
+    float stiffness = 1.0F;
+    /// Curves with fewer pixel sides than this stay where they are.
+    std::size_t shortest_length = 20;
+};
+
+namespace detail::curves {
+
+// What it costs to cut every row of a band at every place, and the cheapest way along it.
+class band_cut {
+public:
+    // is_closed  the last row of the band is its first once more
+    band_cut(const band& b, float stiffness, bool is_closed)
+        : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
+        costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
+        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        color_sums front, back;
+        for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
+        for (std::int32_t k = 0; k < rows_; ++k) {
+            if (k + reach < rows_) front.add(b.sums(k + reach, true), 1), back.add(b.sums(k + reach, false), 1);
+            if (k > reach) front.add(b.sums(k - reach - 1, true), -1), back.add(b.sums(k - reach - 1, false), -1);
+            weigh_row(b, k, front, back);
+        }
+    }
+
+    void fix(std::int32_t row, std::int32_t cut) {
+        for (std::int32_t c = -radius_; c <= radius_; ++c)
+            if (c != cut) cost(row, c) = impossible;
+    }
+
+    // The cuts of `steps` rows, from `first` on and going round.
+    buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
+        const std::size_t count = places();
+        buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
+        buffer<float> sums(count, 0.0F), next(count, 0.0F);
+        for (std::int32_t i = 0; i < steps; ++i) {
+            const float* of_row = costs_.data() + static_cast<std::size_t>((first + i) % rows_) * count;
+            for (std::size_t c = 0; c < count; ++c) {
+                float best = sums[c];
+                std::int8_t step = 0;
+                if (i > 0 && c > 0 && sums[c - 1] + stiffness_ < best) best = sums[c - 1] + stiffness_, step = -1;
+                if (i > 0 && c + 1 < count && sums[c + 1] + stiffness_ < best) best = sums[c + 1] + stiffness_, step = 1;
+                next[c] = best + of_row[c];
+                came_by[static_cast<std::size_t>(i) * count + c] = step;
+            }
+            sums.swap(next);
+        }
+        buffer<std::int32_t> result(static_cast<std::size_t>(steps), 0);
+        std::int32_t c = static_cast<std::int32_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
+        for (std::int32_t i = steps; i-- > 0;) {
+            result[i] = c - radius_;
+            c += came_by[static_cast<std::size_t>(i) * count + static_cast<std::size_t>(c)];
+        }
+        return result;
+    }
+
+private:
+    static constexpr float impossible = 1e6F;
+    static constexpr float noise = 6.0F;            // of a camera and of JPEG, in gray levels
+    static constexpr float largest_evidence = 3.0F; // of one pixel, so that an outlier does not decide
+    static constexpr float contrast_weight = 3.0F;
+    static constexpr float distance_weight = 1.0F;
+
+    std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
+    float& cost(std::int32_t row, std::int32_t cut) { return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)]; }
+
+    void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
+        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
+        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        if (!is_known) {
+            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            return;
+        }
+        const color_model front(front_sums, noise), back(back_sums, noise);
+        std::array<float, 3> direction;
+        float squared = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
+        float evidence = 0.0F;
+        for (std::int32_t cut = least; cut <= most; ++cut) {
+            cost(k, cut) = evidence + distance_cost(cut);
+            if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
+            if (const std::uint8_t* color = b.color(k, cut))
+                evidence += std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+        }
+    }
+    float distance_cost(std::int32_t cut) const {
+        const float share = nearest_float(cut) / nearest_float(radius_);
+        return distance_weight * share * share;
+    }
+    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
+        const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
+        if (before == nullptr || behind == nullptr) return 0.0F;
+        float way = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) way += direction[c] * (nearest_float(behind[c]) - nearest_float(before[c]));
+        return std::clamp(way / squared, 0.0F, 1.0F);
+    }
+
+    std::int32_t radius_, rows_;
+    float stiffness_;
+    buffer<float> costs_;
+};
+
+inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+    band_cut cut(b, stiffness, t.is_closed);
+    if (!t.is_closed) {
+        if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
+        if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
+        return cut.cheapest(0, b.size());
+    }
+    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    const std::int32_t period = b.size() - 1, middle = period / 2;
+    cut.fix(middle, cut.cheapest(0, period)[middle]);
+    const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
+    buffer<std::int32_t> result(static_cast<std::size_t>(period + 1), 0);
+    for (std::int32_t k = 0; k <= period; ++k) result[k] = round[(k + period - middle) % period];
+    return result;
+}
+
+// A pixel that a curve passed over, and the curve's side that it belongs to.
+struct swept_pixel {
+    std::int32_t pixel, of_side;
+    friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
+        return a.pixel != b.pixel ? a.pixel < b.pixel : a.of_side < b.of_side;
+    }
+};
+
+// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side, buffer<swept_pixel>& swept) {
+    const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.x < b.x; });
+    const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
+    const auto first = [](float least, std::int32_t count) { return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count))); };
+    const auto end = [](float most, std::int32_t count) { return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count))); };
+    for (std::int32_t y = first(top->y, height); y < end(bottom->y, height); ++y)
+        for (std::int32_t x = first(left->x, width); x < end(right->x, width); ++x) {
+            const float at_x = nearest_float(x) + 0.5F, at_y = nearest_float(y) + 0.5F;
+            bool inside = false;
+            for (std::size_t i = 0; i < 4; ++i) {
+                const point a = corners[i], b = corners[(i + 1) % 4];
+                if ((a.y <= at_y) != (b.y <= at_y) && at_x < a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x)) inside = !inside;
+            }
+            if (inside) swept.push_back({y * width + x, of_side});
+        }
+}
+
+}  // namespace detail::curves
+
+/// disparity  H x W x 1, with steps where one thing hides another; changed in place
+/// photo      H x W x 3
+///
+/// Raises error_code::mismatch if the images differ in size.
+template <executor Executor = const serial_executor>
+void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
+                       const alignment_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::curves;
+    const std::int32_t width = static_cast<std::int32_t>(photo.width()), height = static_cast<std::int32_t>(photo.height());
+    const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
+    if (radius < 1) return;
+    const image<float> before{image_view<const float>(disparity.data(), disparity.height(), disparity.width(), 1, disparity.row_stride())};
+    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
+    tracer curves(width, height, before.data(), surface, [&](std::int32_t pixel, side s) {
+        return !surface.same_surface(at(pixel), at(s == side::right ? pixel + 1 : pixel + width));
+    });
+    curves.prune_spurs(options.shortest_length);
+    buffer<trace> traces;
+    curves.for_each_curve([&](trace t) {
+        if (t.sides.size() >= options.shortest_length) traces.push_back(std::move(t));
+    });
+    buffer<buffer<swept_pixel>> swept(traces.size());
+    parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const trace& t = traces[i];
+            const plane_curve curve = make_plane_curve(t, curves.corners(), (std::max)(radius / 2, 1));
+            const buffer<std::int32_t> cut = cheapest_cut(band(curve, t, photo, before, radius), t, curves.corners(), options.stiffness);
+            const auto moved = [&](std::int32_t k) {
+                const float distance = detail::nearest_float(cut[k]);
+                return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
+            };
+            for (std::int32_t k = 0; k < t.sides.count(); ++k)
+                sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, width, height, k, swept[i]);
+            std::sort(swept[i].begin(), swept[i].end());
+        }
+    });
+    for (std::size_t i = 0; i < traces.size(); ++i)
+        for (std::size_t j = 0, next = 0; j < swept[i].size(); j = next) {
+            while (next < swept[i].size() && swept[i][next].pixel == swept[i][j].pixel) ++next;
+            if ((next - j) % 2 == 0) continue;  // passed over there and back
+            const discontinuity& d = traces[i].sides[swept[i][j].of_side];
+            const std::int32_t pixel = swept[i][j].pixel;
+            const bool was_front = at(pixel) > 0.5F * (at(d.front) + at(d.back));
+            const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+            if (std::abs(at(pixel) - own) < std::abs(own - other)) disparity.row(pixel / width)[pixel % width] = other;
+        }
+}
+
+}  // namespace ldi
