@@ -17,6 +17,7 @@
 #include <ldi/depth/weighted_median.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/mesh/build_mesh.hpp>
+#include <ldi/occlusion/align_silhouettes.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/grain.hpp>
@@ -76,6 +77,7 @@ struct photo3d_options {
     sharpen_options sharpen;
     resample_options resample;
     weighted_median_options median;
+    alignment_options alignment;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -111,6 +113,11 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
     const std::size_t longer = (std::max)(photo.height(), photo.width()), shrunk = (std::min)(longer, long_side);
     const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * shrunk + longer / 2) / longer, 1); };
     return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+}
+
+/// The pixels that a sample covers, in length; at least 1.
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
+    return (std::max)(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F);
 }
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
@@ -152,6 +159,11 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
+    // A sample of the estimate covers this many pixels. What the options count in pixels holds where that is one.
+    const float sample_size = detail::sample_size(result.estimated, result.photo);
+    alignment_options alignment = options.alignment;
+    alignment.uncertainty *= sample_size;
+    align_silhouettes(result.disparity, result.photo, options.surface, alignment, threads);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);

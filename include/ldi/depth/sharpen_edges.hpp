@@ -26,11 +26,11 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// The defaults were chosen by trial, on true depth blurred as networks do.
 struct sharpen_options {
     /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
-    int radius = 4;
+    int radius = 3;
     /// Least change in disparity within the radius, in steps of the surface rule.
-    float least_change = 1.5F;
-    /// Least share that this change has of the one within twice the radius. A slope has half.
-    float least_share = 0.65F;
+    float least_change = 3.0F;
+    /// Least share that this change has of the one within twice the radius. A slope has half, and two thirds near the border.
+    float least_share = 0.7F;
 };
 
 namespace detail::sharpen {
@@ -75,11 +75,13 @@ image<float> edge_zone(const image<float>& map, surface_rule surface, const shar
     const std::size_t radius = static_cast<std::size_t>(options.radius);
     const extremes inner = extremes_around(map, radius, threads), outer = extremes_around(map, 2 * radius, threads);
     image<float> zone(map.height(), map.width());
-    for (std::size_t i = 0; i < zone.size(); ++i) {
-        const float change = inner.high.data()[i] - inner.low.data()[i], beyond = outer.high.data()[i] - outer.low.data()[i];
-        const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
-        zone.data()[i] = is_edge ? 1.0F : 0.0F;
-    }
+    // Networks err in their last samples, along the photo's border. An edge that crosses the border is found before.
+    for (std::size_t y = radius; y + radius < map.height(); ++y)
+        for (std::size_t x = radius; x + radius < map.width(); ++x) {
+            const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
+            const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
+            zone(y, x) = is_edge ? 1.0F : 0.0F;
+        }
     return extremes_around(zone, radius, threads).high;
 }
 

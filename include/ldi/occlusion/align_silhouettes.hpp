@@ -29,7 +29,7 @@ struct alignment_options {
     /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves none.
     float uncertainty = 3.0F;
     /// The larger, the less a silhouette bends to follow colors.
-    float stiffness = 1.0F;
+    float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this stay where they are.
     std::size_t shortest_length = 20;
 };
