@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, the paper's measure of inpainting,
-# sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DDD %".
+# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, silhouettes, the paper's measure of
+# inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
+# uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
 #   bench/quality/run.sh --only silhouettes [OPTION...]            half a minute: --no-scenes, --sigma SAMPLES, --shift SAMPLES
 #
-# Without a model: examples/models/farbrausch.safetensors. Photographs with depth and stereo pairs are those of ../shared/rgbd,
+# Without a model: examples/models/farbrausch.safetensors. LPIPS is measured with the weights of ../shared/lpips. Photographs with depth and stereo pairs are those of ../shared/rgbd,
 # skipped where that is absent; the ray-cast scenes need nothing. examples/training/evaluate.sh tells more of depth.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -31,6 +32,12 @@ if [[ " ${options[*]} " != *" --inpainting-model"* ]]; then
         exit 1
     fi
     options+=(--inpainting-model "$model")
+fi
+weights=$root/../shared/lpips/lpips_squeeze_oihw.npz
+if [[ " ${options[*]} " != *" --lpips"* && -f $weights ]]; then
+    mkdir -p "$root/build"
+    python3 "$root/bench/quality/lpips_weights.py" "$weights" "$root/build/lpips_squeeze.safetensors"
+    options+=(--lpips "$root/build/lpips_squeeze.safetensors")
 fi
 build ldi_quality
 "$root/build/release/bench/ldi_quality" --pictures "$root/out/quality" "${options[@]}"

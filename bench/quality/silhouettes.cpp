@@ -21,13 +21,13 @@ void run(const std::filesystem::path& pictures, bool scenes_too, const degradati
     const auto measure_all = [&](const char* title, const std::vector<subject>& subjects) {
         if (subjects.empty()) return;
         std::vector<silhouette_row> rows;
-        for (const subject& s : subjects) rows.push_back(measure_silhouettes(s, how, pictures, threads));
+        for (const subject& s : subjects) measure_silhouettes(rows, s, how, pictures, threads);
         print_silhouettes(title, rows);
         all.insert(all.end(), rows.begin(), rows.end());
     };
     measure_all("stereo pairs", stereo_pairs());
     if (scenes_too) measure_all("ray-cast scenes", ray_cast_scenes(threads));
-    const silhouette_quality degraded = mean_of(all, degraded_depth);
+    const silhouette_quality degraded = mean_of(all, "degraded");
     std::printf("\nsilhouettes %.1f px (missed %.1f %%), halo %.1f, stretch %.2f %%, closed %.1f %%\n", degraded.distance.pixels,
                 100 * degraded.distance.missed, degraded.halo, 100 * degraded.stretch, 100 * degraded.closed);
 }

@@ -1,7 +1,7 @@
 // How far the discontinuity curves of a 3D photo are from the true silhouettes, and how many of its discontinuities it closes.
 #pragma once
 
-#include "depth_metrics.hpp"
+#include "metrics.hpp"
 #include "true_silhouettes.hpp"
 
 #include <ldi/occlusion/discontinuity_curves.hpp>
