@@ -19,11 +19,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace ldi_quality {
 

@@ -6,8 +6,9 @@
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
 #   bench/quality/run.sh --only silhouettes [OPTION...]            half a minute: --no-scenes, --sigma SAMPLES, --shift SAMPLES
 #
-# Without a model: examples/models/farbrausch.safetensors. LPIPS is measured with the weights of ../shared/lpips. Photographs with depth and stereo pairs are those of ../shared/rgbd,
-# skipped where that is absent; the ray-cast scenes need nothing. examples/training/evaluate.sh tells more of depth.
+# Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
+# stereo pairs are those of ../shared/rgbd. What is absent is skipped; the ray-cast scenes need nothing.
+# examples/training/evaluate.sh tells more of depth.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=scripts/requirements.sh

@@ -86,7 +86,7 @@ silhouette_row measure_silhouettes(const subject& s, const std::string& depth, c
     row.quality.distance = distance_of_silhouettes(ours, truth, s.photo.height(), s.photo.width());
     row.quality.halo = color_error(seen, s.seen, band);
     row.quality.stretch = share(stretched) / share(frame);
-    row.quality.closed = share_closed(made, options.surface, threads);
+    row.quality.closed = share_closed(made.photo, made.disparity, made.curves, options.surface);
     const std::string file = "silhouettes_" + s.name + "_" + depth;
     ldi::save_png(folder / (file + ".png"), marked(s.photo, truth, ours));
     ldi::save_png(folder / (file + "_view.png"), seen);

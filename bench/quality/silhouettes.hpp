@@ -6,7 +6,6 @@
 
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/lift.hpp>
-#include <ldi/photo3d.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -57,11 +56,14 @@ inline silhouette_distance distance_of_silhouettes(const std::vector<side_middle
     return result;
 }
 
-/// The share of the sides across which the cleaned disparity steps that are on no curve: close_spurious_discontinuities() links
-/// their pixels again. 0 where it steps nowhere.
-template <ldi::executor Executor>
-double share_closed(const ldi::photo3d& made, ldi::surface_rule surface, Executor& threads) {
-    const ldi::photo_layer lifted = ldi::lift(made.photo, made.disparity, surface, threads);
+/// The share of the sides across which cleaned disparity steps that are on no curve: close_spurious_discontinuities() links their
+/// pixels again. 0 where it steps nowhere.
+///
+/// photo      H x W x 3
+/// disparity  H x W x 1, in [0, 1]
+inline double share_closed(const picture& photo, const ldi::image<float>& disparity,
+                           std::span<const ldi::discontinuity_curve> curves, ldi::surface_rule surface) {
+    const ldi::photo_layer lifted = ldi::lift(photo, disparity, surface);
     const ldi::graph& g = lifted.topology;
     double steps = 0, kept = 0;
     for (std::int32_t y = 0, pixel = 0; y < g.height; ++y)
@@ -69,7 +71,7 @@ double share_closed(const ldi::photo3d& made, ldi::surface_rule surface, Executo
             steps += x + 1 < g.width && g.right[pixel] == ldi::no_pixel ? 1 : 0;
             steps += y + 1 < g.height && g.down[pixel] == ldi::no_pixel ? 1 : 0;
         }
-    for (const ldi::discontinuity_curve& curve : made.curves) kept += static_cast<double>(curve.sides.size());
+    for (const ldi::discontinuity_curve& curve : curves) kept += static_cast<double>(curve.sides.size());
     return steps > 0 ? 1 - kept / steps : 0;
 }
 
