@@ -153,6 +153,7 @@ TEST_CASE(
     std::vector<true_side> unseen = truth;
     for (true_side& s : unseen) s.colors_differ = false;
     CHECK(std::isnan(distance_of_silhouettes(middles_of(truth, 4), unseen, 288, 80).pixels));
+    CHECK(std::isnan(distance_of_silhouettes(middles_of(truth, 4), unseen, 288, 80).missed));
 }
 
 TEST_CASE("the share closed is that of the steps on no curve") {
