@@ -19,7 +19,7 @@ readonly needs_tests=("header catch2/catch.hpp;catch2" "header eigen3/Eigen/Core
     "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
     "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
-    "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev")
+    "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev" "command python3;python3")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
 readonly needs_viewer=("command node;nodejs" "command npm;npm")
 readonly needs_browser=("command chromium;chromium")

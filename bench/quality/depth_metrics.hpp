@@ -19,18 +19,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <random>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace ldi_quality {
 
-using map = ldi::image<double>;              // H x W x 1
-using pixel_set = ldi::image<std::uint8_t>;  // H x W x 1: 1 where a pixel belongs to it
-
-inline constexpr double unmeasured = std::numeric_limits<double>::quiet_NaN();
+using pixel_set = mask;  // 1 where a pixel belongs to it
 
 /// How a network does on one pair, or on many in the mean. unmeasured where the truth is not dense enough, or has no edges.
 struct depth_quality {
@@ -42,46 +37,6 @@ struct depth_quality {
     double silhouettes = unmeasured;  ///< share of the truth's silhouette pixels that have one of the estimate within 3 pixels
     double order = unmeasured;        ///< share of pairs of pixels of which the farther one is taken for the nearer
 };
-
-/// Half-way between the two middle values where their number is even.
-inline double median(ldi::buffer<double> values) {
-    const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), values.begin() + half, values.end());
-    const double upper = values[static_cast<std::size_t>(half)];
-    if (values.size() % 2 == 1) return upper;
-    return (upper + *std::max_element(values.begin(), values.begin() + half)) / 2;
-}
-
-/// Bilinear between pixel centers, the border repeated.
-inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t columns) {
-    struct tap {
-        std::size_t first, second;
-        double weight;  // of the second
-    };
-    const auto taps = [](std::size_t source, std::size_t target) {
-        std::vector<tap> result;
-        const double last = static_cast<double>(source - 1);
-        for (std::size_t i = 0; i < target; ++i) {
-            const double at = (static_cast<double>(i) + 0.5) * static_cast<double>(source) / static_cast<double>(target) - 0.5;
-            const double inside = std::clamp(at, 0.0, last), first = std::floor(inside);
-            result.push_back(
-                {static_cast<std::size_t>(first), static_cast<std::size_t>(std::min(first + 1, last)), inside - first});
-        }
-        return result;
-    };
-    map result = ldi::image<double>(rows, columns);
-    const std::vector<tap> across = taps(from.width(), columns), down = taps(from.height(), rows);
-    for (std::size_t y = 0; y < rows; ++y)
-        for (std::size_t x = 0; x < columns; ++x) {
-            const tap u = across[x], v = down[y];
-            const auto row = [&](std::size_t at) {
-                return static_cast<double>(from(at, u.first, 0)) * (1 - u.weight) +
-                       static_cast<double>(from(at, u.second, 0)) * u.weight;
-            };
-            result(y, x, 0) = row(v.first) * (1 - v.weight) + row(v.second) * v.weight;
-        }
-    return result;
-}
 
 /// The nearest sample of each pixel.
 template <class Scalar>

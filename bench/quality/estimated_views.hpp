@@ -4,8 +4,9 @@
 
 #include "depth_metrics.hpp"
 #include "metrics.hpp"
-#include "novel_views.hpp"
+#include "picture_quality.hpp"
 #include "subjects.hpp"
+#include "views.hpp"
 
 #include <ldi/formats/picture.hpp>
 #include <ldi/networks/farbrausch.hpp>
@@ -50,7 +51,8 @@ inline ldi::image<float> aligned_estimate(const ldi::image<float>& estimate, con
 
 template <ldi::executor Executor>
 estimated_view measure_estimated_view(const subject& s, const std::vector<named_network>& networks,
-                                      const ldi::farbrausch& inpainter, const std::filesystem::path& folder, Executor& threads) {
+                                      const ldi::farbrausch& inpainter, const lpips_network& perceived,
+                                      const std::filesystem::path& folder, Executor& threads) {
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
     const mask frame = frame_of(s);
@@ -60,7 +62,7 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
         const ldi::photo3d made =
             ldi::make_photo3d(s.photo, ldi::given_disparity{inverse_depth}, inpainter, true_depth_options(s, needed), threads);
         const picture seen = ldi::rasterize(made.mesh, made.atlas.color, s.other, raster, threads).color;
-        result.whole.push_back(measure(seen, s.seen, frame));
+        result.whole.push_back(measure(seen, s.seen, frame, perceived));
         ldi::save_png(folder / ("estimated_" + s.name + "_" + name + ".png"), seen);
     };
     for (const auto& [name, network] : networks)
@@ -74,24 +76,25 @@ estimated_view measure_estimated_view(const subject& s, const std::vector<named_
 /// Ends with the share of the way from the flat plane to the true depth that each network goes, in mean PSNR.
 inline void print_estimated_views(const std::vector<named_network>& networks, const std::vector<estimated_view>& rows) {
     std::printf(
-        "\n### Stereo pairs from the left photograph alone\n\nPSNR in dB / SSIM over the frame of the right one.\n\n| pair |");
+        "\n### Stereo pairs from the left photograph alone\n\nPSNR in dB / SSIM / LPIPS over the frame of the right one.\n\n| "
+        "pair |");
     for (const auto& network : networks) std::printf(" %s |", network.first.c_str());
     std::printf(" flat plane | true depth |\n|---|");
     const std::size_t count = networks.size() + 2;
     for (std::size_t i = 0; i < count; ++i) std::printf("---|");
     std::printf("\n");
     std::vector<quality> average(count);
+    const auto print = [](const quality& q) { std::printf(" %.2f / %.4f / %.3f |", q.psnr, q.ssim, q.lpips); };
     for (const estimated_view& v : rows) {
         std::printf("| %s |", v.name.c_str());
         for (std::size_t i = 0; i < count; ++i) {
-            std::printf(" %.2f / %.4f |", v.whole[i].psnr, v.whole[i].ssim);
-            average[i].psnr += v.whole[i].psnr / static_cast<double>(rows.size());
-            average[i].ssim += v.whole[i].ssim / static_cast<double>(rows.size());
+            print(v.whole[i]);
+            average[i].add(v.whole[i], 1 / static_cast<double>(rows.size()));
         }
         std::printf("\n");
     }
     std::printf("| **mean** |");
-    for (const quality& q : average) std::printf(" %.2f / %.4f |", q.psnr, q.ssim);
+    for (const quality& q : average) print(q);
     std::printf("\n| of the way from flat to true |");
     const double flat = average[count - 2].psnr, whole_way = average[count - 1].psnr - flat;
     for (std::size_t i = 0; i < networks.size(); ++i) std::printf(" %.0f %% |", 100 * (average[i].psnr - flat) / whole_way);

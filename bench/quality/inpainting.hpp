@@ -5,6 +5,7 @@
 #pragma once
 
 #include "metrics.hpp"
+#include "picture_quality.hpp"
 #include "subjects.hpp"
 
 #include <examples/photo3d/stage_pictures.hpp>
@@ -93,7 +94,7 @@ ldi::photo_layer lift_cleaned(const subject& s, Executor& threads) {
 /// shift  in pixels: how far the nearest surface moves; the canonical view lies that much to the left
 template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
-                                     const std::filesystem::path& folder, Executor& threads) {
+                                     const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {
     const ldi::depth_range range = s.range();
     const ldi::photo_layer lifted = lift_cleaned(s, threads);
     ldi::view original, canonical;
@@ -132,8 +133,8 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
     const auto compare = [&](picture p, inpainted& to) {
         for (std::size_t i = 0; i < everywhere.size(); ++i)
             if (everywhere.data()[i] == 0) std::copy_n(s.photo.data() + 3 * i, 3, p.data() + 3 * i);
-        to.whole = measure(p, s.photo, everywhere);
-        to.inside = measure(p, s.photo, holes);
+        to.whole = measure(p, s.photo, everywhere, perceived);
+        to.inside = measure(p, s.photo, holes, perceived);
         return p;
     };
     const auto in_layers = [&](const auto& inpainter, inpainted& to) {
@@ -192,8 +193,8 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
         std::printf("\n");
     }
     std::printf(
-        "\n| mean | PSNR of the layered image: all / hidden pixels | reprojected: PSNR | SSIM | inside: PSNR | SSIM "
-        "|\n|---|---|---|---|---|---|\n");
+        "\n| mean | PSNR of the layered image: all / hidden pixels | reprojected: PSNR | SSIM | LPIPS | inside: PSNR | SSIM | "
+        "LPIPS |\n|---|---|---|---|---|---|---|---|\n");
     const auto line = [&](const char* name, inpainted inpainting_result::*way, bool on_layers) {
         const auto average = [&](auto&& value) {
             ldi::buffer<double> values;
@@ -206,10 +207,11 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
                         average([](const inpainted& i) { return i.hidden; }));
         else
             std::printf(" |");
-        std::printf(" %.2f | %.4f | %.2f | %.4f |\n", average([](const inpainted& i) { return i.whole.psnr; }),
-                    average([](const inpainted& i) { return i.whole.ssim; }),
-                    average([](const inpainted& i) { return i.inside.psnr; }),
-                    average([](const inpainted& i) { return i.inside.ssim; }));
+        for (quality inpainted::*part : {&inpainted::whole, &inpainted::inside})
+            std::printf(" %.2f | %.4f | %.3f |", average([&](const inpainted& n) { return (n.*part).psnr; }),
+                        average([&](const inpainted& n) { return (n.*part).ssim; }),
+                        average([&](const inpainted& n) { return (n.*part).lpips; }));
+        std::printf("\n");
     };
     line("Farbrausch", &inpainting_result::network, true);
     line("diffusion", &inpainting_result::diffusion, true);

@@ -1,7 +1,8 @@
-// How far a picture is from the truth: PSNR and SSIM, over a whole picture or a part of it.
+// How far a picture is from the truth: PSNR and SSIM, over a whole picture or a part of it; and what else the measures share.
 #pragma once
 
 #include <ldi/adapt/xtensor.hpp>
+#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 
 #include <xtensor/xmath.hpp>
@@ -11,6 +12,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <vector>
 
 namespace ldi_quality {
 
@@ -19,10 +22,10 @@ using picture = ldi::image<std::uint8_t>;
 /// H x W x 1, not 0 where a pixel counts.
 using mask = ldi::image<std::uint8_t>;
 
-struct quality {
-    double psnr = 0;  ///< in dB; 60 at most, which is what a picture that is right has
-    double ssim = 0;  ///< mean over the pixels that count
-};
+/// H x W x 1
+using map = ldi::image<double>;
+
+inline constexpr double unmeasured = std::numeric_limits<double>::quiet_NaN();
 
 inline double psnr_of(double mean_squared_error) {
     return std::min(60.0, 10 * std::log10(255.0 * 255.0 / std::max(mean_squared_error, 1e-9)));
@@ -80,19 +83,55 @@ inline double ssim(const picture& a, const picture& b, const mask& where) {
     const auto variance = blurred(x * x) - x_mean * x_mean + blurred(y * y) - y_mean * y_mean;
     const auto covariance = blurred(x * y) - x_mean * y_mean;
     constexpr float c1 = 0.01F * 0.01F * 255 * 255, c2 = 0.03F * 0.03F * 255 * 255;
-    const tensor map =
+    const tensor similarity =
         (2 * x_mean * y_mean + c1) * (2 * covariance + c2) / ((x_mean * x_mean + y_mean * y_mean + c1) * (variance + c2));
-    return mean_where(xt::cast<double>(map), where, 1);
-}
-
-inline quality measure(const picture& result, const picture& truth, const mask& where) {
-    return {psnr(result, truth, where), ssim(result, truth, where)};
+    return mean_where(xt::cast<double>(similarity), where, 1);
 }
 
 inline double mean(const ldi::buffer<double>& values) {
     double sum = 0;
     for (const double v : values) sum += v;
     return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+/// Half-way between the two middle values where their number is even.
+inline double median(ldi::buffer<double> values) {
+    const std::ptrdiff_t half = static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), values.begin() + half, values.end());
+    const double upper = values[static_cast<std::size_t>(half)];
+    if (values.size() % 2 == 1) return upper;
+    return (upper + *std::max_element(values.begin(), values.begin() + half)) / 2;
+}
+
+/// Bilinear between pixel centers, the border repeated.
+inline map resized(const ldi::image<float>& from, std::size_t rows, std::size_t columns) {
+    struct tap {
+        std::size_t first, second;
+        double weight;  // of the second
+    };
+    const auto taps = [](std::size_t source, std::size_t target) {
+        std::vector<tap> result;
+        const double last = static_cast<double>(source - 1);
+        for (std::size_t i = 0; i < target; ++i) {
+            const double at = (static_cast<double>(i) + 0.5) * static_cast<double>(source) / static_cast<double>(target) - 0.5;
+            const double inside = std::clamp(at, 0.0, last), first = std::floor(inside);
+            result.push_back(
+                {static_cast<std::size_t>(first), static_cast<std::size_t>(std::min(first + 1, last)), inside - first});
+        }
+        return result;
+    };
+    map result = ldi::image<double>(rows, columns);
+    const std::vector<tap> across = taps(from.width(), columns), down = taps(from.height(), rows);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            const tap u = across[x], v = down[y];
+            const auto row = [&](std::size_t at) {
+                return static_cast<double>(from(at, u.first, 0)) * (1 - u.weight) +
+                       static_cast<double>(from(at, u.second, 0)) * u.weight;
+            };
+            result(y, x, 0) = row(v.first) * (1 - v.weight) + row(v.second) * v.weight;
+        }
+    return result;
 }
 
 }  // namespace ldi_quality

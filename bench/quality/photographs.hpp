@@ -4,6 +4,7 @@
 
 #include "estimated_views.hpp"
 #include "metrics.hpp"
+#include "silhouettes.hpp"
 
 #include <ldi/formats/photo.hpp>
 #include <ldi/formats/picture.hpp>
@@ -65,7 +66,8 @@ picture side_by_side(const std::vector<picture>& pictures, std::size_t rows, Exe
     return result;
 }
 
-/// Prints, for each network, how many photographs have no hidden pixel and the median share of hidden ones. Writes a strip for
+/// Prints, for each network, how many photographs have no hidden pixel and the median share of hidden ones, and the mean
+/// share of discontinuities that are closed. Writes a strip for
 /// every photograph: it, the depth that each network leads to, and the last network's 3D photo from the right.
 template <ldi::executor Executor>
 void print_photographs(const std::vector<named_network>& networks, const std::filesystem::path& folder, Executor& threads) {
@@ -73,7 +75,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
     if (files.empty()) return;
     ldi::photo3d_options options;
     options.long_side = 768;
-    ldi::buffer<ldi::buffer<double>> hidden(networks.size());
+    ldi::buffer<ldi::buffer<double>> hidden(networks.size()), closed(networks.size());
     for (const std::filesystem::path& file : files) {
         const picture photo = ldi::load_photo(file).color;
         std::vector<picture> strip{photo};
@@ -81,6 +83,7 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
             const ldi::photo3d made = ldi::make_photo3d(photo, networks[i].second, ldi::diffusion_inpainter(), options, threads);
             const double seen = static_cast<double>(made.photo.size()) / 3;
             hidden[i].push_back(static_cast<double>(made.layers.size()) / seen - 1);
+            closed[i].push_back(share_closed(made.photo, made.disparity, made.curves, options.surface));
             strip.push_back(shown(made.disparity));
             if (i + 1 < networks.size()) continue;
             const float movement = 0.04F * static_cast<float>(std::max(made.layers.camera.width, made.layers.camera.height));
@@ -91,12 +94,13 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
     }
     std::printf(
         "\n### %zu photographs of any kind\n\n| network | without a hidden pixel | hidden pixels, median share "
-        "|\n|---|---|---|\n",
+        "| discontinuities closed |\n|---|---|---|---|\n",
         files.size());
     for (std::size_t i = 0; i < networks.size(); ++i) {
         const auto none = std::count(hidden[i].begin(), hidden[i].end(), 0.0);
-        std::printf("| %s | %td (%.0f %%) | %.1f %% |\n", networks[i].first.c_str(), none,
-                    100 * static_cast<double>(none) / static_cast<double>(files.size()), 100 * median(hidden[i]));
+        std::printf("| %s | %td (%.0f %%) | %.1f %% | %.1f %% |\n", networks[i].first.c_str(), none,
+                    100 * static_cast<double>(none) / static_cast<double>(files.size()), 100 * median(hidden[i]),
+                    100 * mean(closed[i]));
     }
     std::fflush(stdout);
 }

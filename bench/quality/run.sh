@@ -1,16 +1,29 @@
 #!/usr/bin/env bash
-# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, the paper's measure of inpainting,
-# sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB, uncovered D.DDD %".
+# How good 3D photos are: the networks' depth, novel views beside photographs taken from there, silhouettes, the paper's measure of
+# inpainting, sizes, times. Prints Markdown, writes pictures to out/quality, and ends with "ldi over screen space +D.DD dB,
+# uncovered D.DDD %, lpips D.DDD (diffusion D.DDD), silhouettes D.D px, halo D.D" in one line.
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
+#   bench/quality/run.sh --only silhouettes [OPTION...]            half a minute: --no-scenes, --sigma SAMPLES, --shift SAMPLES
 #
-# Without a model: examples/models/farbrausch.safetensors. Photographs with depth and stereo pairs are those of ../shared/rgbd,
-# skipped where that is absent; the ray-cast scenes need nothing. examples/training/evaluate.sh tells more of depth.
+# Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
+# stereo pairs are those of ../shared/rgbd. What is absent is skipped; the ray-cast scenes need nothing.
+# examples/training/evaluate.sh tells more of depth.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$root/scripts/requirements.sh"
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_bench[@]}" >&2
+
+build() {
+    cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release >&2
+    cmake --build "$root/build/release" --target "$1" >&2
+}
+
+if [[ ${1:-} == --only && ${2:-} == silhouettes ]]; then
+    build ldi_quality_silhouettes
+    exec "$root/build/release/bench/ldi_quality_silhouettes" --pictures "$root/out/quality" "${@:3}"
+fi
 
 options=("$@")
 if [[ " ${options[*]} " != *" --inpainting-model"* ]]; then
@@ -21,6 +34,11 @@ if [[ " ${options[*]} " != *" --inpainting-model"* ]]; then
     fi
     options+=(--inpainting-model "$model")
 fi
-cmake -S "$root" -B "$root/build/release" -G Ninja -DCMAKE_BUILD_TYPE=Release >&2
-cmake --build "$root/build/release" --target ldi_quality >&2
+weights=$root/../shared/lpips/lpips_squeeze_oihw.npz
+if [[ " ${options[*]} " != *" --lpips"* && -f $weights ]]; then
+    mkdir -p "$root/build"
+    python3 "$root/bench/quality/lpips_weights.py" "$weights" "$root/build/lpips_squeeze.safetensors"
+    options+=(--lpips "$root/build/lpips_squeeze.safetensors")
+fi
+build ldi_quality
 "$root/build/release/bench/ldi_quality" --pictures "$root/out/quality" "${options[@]}"

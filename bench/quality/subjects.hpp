@@ -25,6 +25,7 @@ struct subject {
     std::string name;
     picture photo;
     ldi::image<float> inverse_depth;  ///< H x W x 1, above 0
+    mask known;                       ///< H x W x 1; 0 where depth was not measured, but is that of the nearest pixel
     ldi::pinhole_camera camera;
     ldi::view other;  ///< where it was seen from once more
     picture seen;     ///< from there
@@ -58,7 +59,11 @@ inline std::vector<subject> stereo_pairs() {
         ldi::depth_map_options options;
         options.invalid_zero = true;
         options.scale = 1.0F / 256;
-        s.inverse_depth = ldi::fill_invalid(ldi::load_depth_map(path + "_disparity.png", options));
+        const ldi::image<float> measured = ldi::load_depth_map(path + "_disparity.png", options);
+        s.known = mask(measured.height(), measured.width());
+        std::transform(measured.begin(), measured.end(), s.known.begin(),
+                       [](float d) { return static_cast<std::uint8_t>(std::isnan(d) ? 0 : 1); });
+        s.inverse_depth = ldi::fill_invalid(measured);
         const std::int32_t w = static_cast<std::int32_t>(s.photo.width()), h = static_cast<std::int32_t>(s.photo.height());
         const float near_pixels = *std::max_element(s.inverse_depth.begin(), s.inverse_depth.end());
         for (float& d : s.inverse_depth) d /= near_pixels;
@@ -86,6 +91,7 @@ std::vector<subject> ray_cast_scenes(Executor& threads) {
         const ldi::scenes::picture photo = ldi::scenes::render(scene, own, options, threads);
         s.photo = photo.color;
         s.seen = ldi::scenes::render(scene, s.other, options, threads).color;
+        s.known = mask(photo.depth.height(), photo.depth.width(), 1, std::uint8_t{1});
         s.inverse_depth = photo.depth;
         for (float& d : s.inverse_depth) d = 1 / d;
         result.push_back(std::move(s));

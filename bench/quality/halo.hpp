@@ -1,0 +1,81 @@
+// How wrong colors are beside silhouettes in a novel view: pale rims, the background torn off with a foreground, and the other
+// way round.
+#pragma once
+
+#include "metrics.hpp"
+#include "subjects.hpp"
+#include "true_silhouettes.hpp"
+
+#include <ldi/render/camera.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ldi_quality {
+
+struct halo_options {
+    double width = 6;  ///< of the band, in pixels: half of it on either side of the silhouette
+    /// In disparity from 0 to 1: a silhouette is out of sight behind what is nearer by more than this.
+    float least_cover = 0.02F;
+};
+
+namespace detail {
+
+/// In the other view, in pixels: what the photo shows at (x, y), at that inverse depth.
+inline std::array<float, 2> seen_from_other(const subject& s, float x, float y, float inverse_depth) {
+    return s.other.camera.project(s.other.to_camera(s.camera.unproject(x, y, 1 / inverse_depth)));
+}
+
+/// The inverse depth of the nearest that the photo's pixels show in each pixel of the other view; 0 where there is none.
+inline ldi::image<float> nearest_in_other(const subject& s) {
+    ldi::image<float> result(s.seen.height(), s.seen.width(), 1, 0.0F);
+    for (std::size_t y = 0; y < s.photo.height(); ++y)
+        for (std::size_t x = 0; x < s.photo.width(); ++x) {
+            const float d = s.inverse_depth(y, x);
+            const auto [u, v] = seen_from_other(s, static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, d);
+            if (u < 0 || v < 0 || u >= static_cast<float>(result.width()) || v >= static_cast<float>(result.height())) continue;
+            float& nearest = result(static_cast<std::size_t>(v), static_cast<std::size_t>(u));
+            nearest = std::max(nearest, d);
+        }
+    return result;
+}
+
+}  // namespace detail
+
+/// The pixels of the other view whose centers are within half of the band's width of the middle of a true silhouette's side,
+/// where it is in sight there. A silhouette goes with its near surface.
+inline mask silhouette_band(const subject& s, const std::vector<true_side>& truth, const halo_options& options = {}) {
+    const ldi::image<float> nearest = detail::nearest_in_other(s);
+    const auto [least, most] = std::minmax_element(s.inverse_depth.begin(), s.inverse_depth.end());
+    const float cover = options.least_cover * (*most - *least);
+    const float reach = static_cast<float>(options.width / 2);
+    mask band(s.seen.height(), s.seen.width(), 1, std::uint8_t{0});
+    const auto is_inside = [&](float u, float v) {
+        return u >= 0 && v >= 0 && u < static_cast<float>(band.width()) && v < static_cast<float>(band.height());
+    };
+    for (const true_side& side : truth) {
+        const float d = s.inverse_depth(side.near_y, side.near_x);
+        const auto [u, v] =
+            detail::seen_from_other(s, static_cast<float>(side.near_x) + 0.5F, static_cast<float>(side.near_y) + 0.5F, d);
+        if (!is_inside(u, v) || nearest(static_cast<std::size_t>(v), static_cast<std::size_t>(u)) > d + cover) continue;
+        const side_middle middle = side.middle();
+        const auto [at_x, at_y] =
+            detail::seen_from_other(s, static_cast<float>(middle.x) / 2, static_cast<float>(middle.y) / 2, d);
+        for (float y = std::floor(at_y - reach); y <= at_y + reach; ++y)
+            for (float x = std::floor(at_x - reach); x <= at_x + reach; ++x)
+                if (is_inside(x, y) && std::hypot(x + 0.5F - at_x, y + 0.5F - at_y) <= reach)
+                    band(static_cast<std::size_t>(y), static_cast<std::size_t>(x)) = 1;
+    }
+    return band;
+}
+
+/// The mean absolute difference of color over the pixels that count, of 255; 0 where none does.
+inline double color_error(const picture& a, const picture& b, const mask& where) {
+    return mean_where(xt::abs(xt::cast<double>(ldi::as_tensor(a)) - xt::cast<double>(ldi::as_tensor(b))), where, 0);
+}
+
+}  // namespace ldi_quality

@@ -1,0 +1,159 @@
+// Where silhouettes really are: the sides of pixels across which true depth steps. Found without the library's own stages, which
+// are judged by them.
+#pragma once
+
+#include "metrics.hpp"
+
+#include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace ldi_quality {
+
+/// A side of a pixel, by its middle, in half pixels: pixel (x, y) has its center at (2 x + 1, 2 y + 1).
+struct side_middle {
+    std::int32_t x = 0, y = 0;
+};
+
+/// A side between a pixel of a near surface and one of a far surface.
+struct true_side {
+    std::int32_t near_x, near_y, far_x, far_y;  ///< pixels
+    bool colors_differ = false;                 ///< a viewer can tell on which side of an edge a pixel should be
+
+    side_middle middle() const { return {near_x + far_x + 1, near_y + far_y + 1}; }
+};
+
+struct true_silhouette_options {
+    /// In disparity, from 0 for the farthest to 1 for the nearest: what the library takes for a discontinuity.
+    float least_step = 0.05F;
+    /// Connected sides fewer than these are specks.
+    std::size_t least_sides = 20;
+    /// Colors are the means of this many pixels to either side, after the first, which is mixed.
+    std::int32_t color_reach = 3;
+    /// Their least difference: root mean square over the channels, of 255.
+    double least_color_difference = 25;
+};
+
+namespace detail {
+
+/// The mean color of the pixels beyond `from` in direction `step`, as far as they lie on its surface; the pixel's own color where
+/// none does.
+inline std::array<double, 3> color_beyond(const picture& photo, const ldi::image<float>& disparity, std::int32_t x,
+                                          std::int32_t y, std::int32_t step_x, std::int32_t step_y,
+                                          const true_silhouette_options& options) {
+    const auto inside = [&](std::int32_t u, std::int32_t v) {
+        return u >= 0 && v >= 0 && static_cast<std::size_t>(u) < photo.width() && static_cast<std::size_t>(v) < photo.height();
+    };
+    std::array<double, 3> sum{};
+    double count = 0;
+    const auto add = [&](std::int32_t u, std::int32_t v) {
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(photo(v, u, c));
+        count += 1;
+    };
+    for (std::int32_t k = 1; k <= options.color_reach; ++k) {
+        const std::int32_t u = x + k * step_x, v = y + k * step_y;
+        if (!inside(u, v) || std::abs(disparity(v, u) - disparity(y, x)) > options.least_step) break;
+        add(u, v);
+    }
+    if (count == 0) add(x, y);
+    for (double& value : sum) value /= count;
+    return sum;
+}
+
+inline bool colors_differ(const picture& photo, const ldi::image<float>& disparity, const true_side& s,
+                          const true_silhouette_options& options) {
+    const std::int32_t step_x = s.near_x - s.far_x, step_y = s.near_y - s.far_y;
+    const auto on_near = color_beyond(photo, disparity, s.near_x, s.near_y, step_x, step_y, options);
+    const auto on_far = color_beyond(photo, disparity, s.far_x, s.far_y, -step_x, -step_y, options);
+    double squared = 0;
+    for (std::size_t c = 0; c < 3; ++c) squared += (on_near[c] - on_far[c]) * (on_near[c] - on_far[c]) / 3;
+    return std::sqrt(squared) >= options.least_color_difference;
+}
+
+/// Keeps those that hang together, corner to corner, with at least `least` sides.
+inline void drop_specks(std::vector<true_side>& sides, std::size_t height, std::size_t width, std::size_t least) {
+    const auto corners = [&](const true_side& s) {
+        const std::int32_t x = std::max(s.near_x, s.far_x), y = std::max(s.near_y, s.far_y);
+        const std::int32_t stride = static_cast<std::int32_t>(width) + 1, first = y * stride + x;
+        return std::pair{first, first + (s.near_y == s.far_y ? stride : 1)};
+    };
+    ldi::detail::disjoint_sets sets((height + 1) * (width + 1));
+    for (const true_side& s : sides) sets.merge(corners(s).first, corners(s).second);
+    std::vector<std::size_t> count(sets.size(), 0);
+    const auto set_of = [&](const true_side& s) { return static_cast<std::size_t>(sets.find(corners(s).first)); };
+    for (const true_side& s : sides) ++count[set_of(s)];
+    std::erase_if(sides, [&](const true_side& s) { return count[set_of(s)] < least; });
+}
+
+}  // namespace detail
+
+/// From 0 for the farthest to 1 for the nearest.
+inline ldi::image<float> from_0_to_1(ldi::image<float> inverse_depth) {
+    const auto [least, most] = std::minmax_element(inverse_depth.begin(), inverse_depth.end());
+    const float low = *least, span = *most - *least;
+    for (float& d : inverse_depth) d = span > 0 ? (d - low) / span : 0;
+    return inverse_depth;
+}
+
+/// photo          H x W x 3
+/// inverse_depth  H x W x 1, true
+/// known          H x W x 1; where it is 0 depth was not measured, and no silhouette is told of
+inline std::vector<true_side> true_silhouettes(const picture& photo, const ldi::image<float>& inverse_depth, const mask& known,
+                                               const true_silhouette_options& options = {}) {
+    const ldi::image<float> disparity = from_0_to_1(inverse_depth);
+    const std::int32_t height = static_cast<std::int32_t>(photo.height()), width = static_cast<std::int32_t>(photo.width());
+    std::vector<true_side> sides;
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x)
+            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
+                if (u >= width || v >= height || known(y, x) == 0 || known(v, u) == 0) continue;
+                const float step = disparity(y, x) - disparity(v, u);
+                if (std::abs(step) <= options.least_step) continue;
+                sides.push_back(step > 0 ? true_side{x, y, u, v} : true_side{u, v, x, y});
+            }
+    detail::drop_specks(sides, photo.height(), photo.width(), options.least_sides);
+    for (true_side& s : sides) s.colors_differ = detail::colors_differ(photo, disparity, s, options);
+    return sides;
+}
+
+/// Finds the nearest of a set of sides.
+class nearest_side {
+public:
+    nearest_side(const std::vector<side_middle>& sides, std::size_t height, std::size_t width)
+        : at_(2 * height + 1, 2 * width + 1, 1, std::int32_t{-1}) {
+        for (std::size_t i = 0; i < sides.size(); ++i) at_(sides[i].y, sides[i].x) = static_cast<std::int32_t>(i);
+    }
+
+    /// The distance between the middles in pixels, at most `farthest`, and the side's number, -1 where none is as near.
+    std::pair<double, std::int32_t> find(const side_middle& from, std::int32_t farthest) const {
+        std::int64_t best = std::int64_t{4} * farthest * farthest;
+        std::int32_t found = -1;
+        for (std::int64_t ring = 0; ring <= 2 * farthest && ring * ring <= best; ++ring)
+            for (std::int64_t dy = -ring; dy <= ring; ++dy) {
+                // Whole rows at the top and bottom of the ring, only its two ends between them.
+                const std::int64_t step = std::abs(dy) == ring || ring == 0 ? 1 : 2 * ring;
+                for (std::int64_t dx = -ring; dx <= ring; dx += step) {
+                    const std::int64_t x = from.x + dx, y = from.y + dy, squared = dx * dx + dy * dy;
+                    if (x < 0 || y < 0 || x >= static_cast<std::int64_t>(at_.width()) ||
+                        y >= static_cast<std::int64_t>(at_.height()) || at_(y, x) < 0 || squared > best ||
+                        (squared == best && found >= 0))
+                        continue;
+                    best = squared, found = at_(y, x);
+                }
+            }
+        return {std::sqrt(static_cast<double>(best)) / 2, found};
+    }
+
+private:
+    ldi::image<std::int32_t> at_;  ///< by half pixels: the number of the side whose middle is there
+};
+
+}  // namespace ldi_quality

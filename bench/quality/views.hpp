@@ -1,0 +1,51 @@
+// The 3D photo of a subject with its true depth, and what of its other view can be compared.
+#pragma once
+
+#include "metrics.hpp"
+#include "subjects.hpp"
+
+#include <ldi/adapt/eigen.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/camera.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi_quality {
+
+/// 3D photo options for the truth: the photo as large as it is, no depth clipped, and surfaces grown by `iterations`.
+inline ldi::photo3d_options true_depth_options(const subject& s, int iterations) {
+    ldi::photo3d_options options;
+    options.focal_length_35mm = s.camera.focal_length / ldi::focal_length_from_35mm(1, s.camera.width, s.camera.height);
+    options.normalize.is_metric = true;
+    options.normalize.clipped_share = 0;
+    options.normalize.largest_depth_ratio = 1e6F;
+    options.expand.motion = 1;
+    options.expand.iterations = iterations;
+    options.grain.strength = 0;  // fills are compared, and grain would cost each of them the same
+    return options;
+}
+
+/// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
+inline mask frame_of(const subject& s) {
+    const ldi::depth_range range = s.range();
+    const Eigen::Isometry3f to_photo = ldi::pose(s.other);
+    mask result = ldi::image<std::uint8_t>(s.photo.height(), s.photo.width());
+    for (std::size_t y = 0; y < result.height(); ++y)
+        for (std::size_t x = 0; x < result.width(); ++x) {
+            bool inside = true;
+            for (const float depth : {range.z_near, range.z_far}) {  // of what the other camera sees here
+                const std::array<float, 3> seen =
+                    s.other.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth);
+                const Eigen::Vector3f point = to_photo * Eigen::Map<const Eigen::Vector3f>(seen.data());
+                const auto [u, v] = s.camera.project({point.x(), point.y(), point.z()});
+                inside = inside && u >= 1 && u <= static_cast<float>(s.camera.width) - 1 && v >= 0 &&
+                         v <= static_cast<float>(s.camera.height);
+            }
+            result(y, x, 0) = inside ? 1 : 0;
+        }
+    return result;
+}
+
+}  // namespace ldi_quality
