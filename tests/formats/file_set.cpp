@@ -129,7 +129,7 @@ TEST_CASE("what stands against an output is heard when it is claimed, and claimi
     fs::create_symlink("circle", folder / "circle");
     const std::string before = state_of(folder / "");
     file_set files;
-    for (const std::string name : {"absent/out", "sub", "circle", std::string(300, 'n').c_str()}) {
+    for (const std::string& name : std::vector<std::string>{"absent/out", "sub", "circle", std::string(300, 'n')}) {
         INFO(name);
         CHECK(raised([&] { files.claim(folder / name); }) == error_code::file_access);
     }
@@ -217,8 +217,9 @@ TEST_CASE("of many processes that write one name, one leaves its whole file") {
         for (int i = 0; i < 8; ++i) {
             children.push_back(fork());
             if (children.back() != 0) continue;
+            const byte_string content(static_cast<std::size_t>(200000 + 1000 * i), static_cast<std::byte>(i));
             for (int k = 0; k < 5; ++k)
-                write_file(folder / "file", byte_string(static_cast<std::size_t>(200000 + 1000 * i), static_cast<std::byte>(i)));
+                if (raised([&] { write_file(folder / "file", content); })) _exit(1);
             _exit(0);
         }
         for (const pid_t child : children) {

@@ -229,6 +229,7 @@ inline void file_set::make_ready(entry& e) const {
 inline int file_set::put_in_place(entry& e) {
     std::error_code failure;
     if (e.put == way::overwrite) {
+        const detail::file_lock lock(e.place);
         std::filesystem::copy_file(e.place, old(e), failure);
         if (failure) return failure.value();
         if (const int unsafe = detail::synchronize(old(e)); unsafe != 0) return unsafe;

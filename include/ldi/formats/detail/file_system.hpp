@@ -103,9 +103,10 @@ inline int synchronize(const std::filesystem::path& path) {
 class folder_lock {
 public:
     folder_lock() = default;
-    explicit folder_lock(const std::filesystem::path& folder)
+    /// may_wait  for another process that holds it
+    folder_lock(const std::filesystem::path& folder, bool may_wait)
         : folder_(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW),
-          is_held_(folder_.number() >= 0 && ::flock(folder_.number(), LOCK_EX | LOCK_NB) == 0) {}
+          is_held_(folder_.number() >= 0 && ::flock(folder_.number(), may_wait ? LOCK_EX : LOCK_EX | LOCK_NB) == 0) {}
     /// False also where the file system knows no locks.
     bool is_held() const { return is_held_; }
     /// Whether the folder still has this name, and belongs to whom this process works for.
@@ -118,6 +119,15 @@ public:
 private:
     file_handle folder_;
     bool is_held_ = false;
+};
+
+/// Keeps others from a file who lock it, too; waits for them.
+class file_lock {
+public:
+    explicit file_lock(const std::filesystem::path& path) : file_(path, O_WRONLY) { ::flock(file_.number(), LOCK_EX); }
+
+private:
+    file_handle file_;
 };
 
 /// The same for all names of one file, different for different files; empty where there is none.
@@ -147,9 +157,14 @@ inline int synchronize(const std::filesystem::path&) { return 0; }
 class folder_lock {
 public:
     folder_lock() = default;
-    explicit folder_lock(const std::filesystem::path&) {}
+    folder_lock(const std::filesystem::path&, bool) {}
     bool is_held() const { return false; }
     bool is_own(const std::filesystem::path&) const { return true; }
+};
+
+class file_lock {
+public:
+    explicit file_lock(const std::filesystem::path&) {}
 };
 
 inline std::string file_identity(const std::filesystem::path&) { return {}; }
@@ -166,11 +181,6 @@ inline int copy_ownership(const std::filesystem::path& from, const std::filesyst
 
 /// Gives a file that is there the content of another without replacing it, so that its other names see it, too.
 inline int overwrite(const std::filesystem::path& path, const std::filesystem::path& content) {
-#if LDI_HAS_POSIX_FILES
-    const file_handle file_itself(path, O_WRONLY);
-    if (file_itself.number() < 0) return last_error();
-    ::flock(file_itself.number(), LOCK_EX);  // against others who do the same
-#endif
     errno = 0;
     std::ifstream from(content, std::ios::binary);
     std::fstream to(path, std::ios::binary | std::ios::in | std::ios::out);

@@ -43,7 +43,7 @@ inline void remove_abandoned(const std::filesystem::path& folder) {
     for (std::filesystem::directory_iterator item(folder, failure), end; !failure && item != end; item.increment(failure)) {
         const std::filesystem::path path = item->path();
         if (path.filename().string().rfind(".ldi-", 0) != 0 || path.extension() != ".tmp") continue;
-        const folder_lock lock(path);
+        const folder_lock lock(path, false);
         std::error_code ignored;
         if (lock.is_held() && lock.is_own(path)) std::filesystem::remove_all(path, ignored);
     }
@@ -63,8 +63,9 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside) {
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
         if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
-        made.lock = folder_lock(made.path);
-        // Somebody who looked for abandoned ones just before the lock was there may have removed it.
+        // Somebody who looked for abandoned ones just before the lock was there holds it for now, and then has removed the
+        // folder.
+        made.lock = folder_lock(made.path, true);
         if (std::filesystem::exists(made.path, failure) && (!made.lock.is_held() || made.lock.is_own(made.path))) return made;
     }
 }
