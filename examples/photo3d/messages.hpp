@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
 
 #include <cstddef>
 #include <cstdio>
@@ -92,7 +93,7 @@ inline exit_code say_failure() {
         return exit_try_again;
     } catch (const std::system_error& e) {  // threads that can't be started, folders that can't be read
         say(e.what());
-        return exit_try_again;
+        return detail::may_pass(e.code().value()) ? exit_try_again : exit_never;
     } catch (const std::exception& e) {
         say(std::string("a defect of the program: ") + e.what());
         return exit_defect;

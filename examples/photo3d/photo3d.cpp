@@ -223,8 +223,8 @@ void check_files(const arguments& a, ldi::examples::output_files& files) {
         files.read_from(input);
     if (ldi::examples::camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
     if (!a.output.empty()) {
-        ldi::examples::check_glb_name(a.output);
         files.claim(a.output);
+        ldi::examples::check_glb_name(a.output);
     }
     if (!a.html.empty()) files.claim(a.html);
     if (!a.report.empty()) files.claim(a.report, true);
