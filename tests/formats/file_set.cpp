@@ -41,6 +41,7 @@ TEST_CASE("files of a set appear together, at the end") {
     files.write(folder / "a", bytes_of("1"));
     files.write(folder / "b", bytes_of("2"));
     const fs::path reserved = files.reserve(folder / "other/c");
+    CHECK((fs::status(reserved.parent_path()).permissions() & (fs::perms::group_all | fs::perms::others_all)) == fs::perms::none);
     write_file(reserved, bytes_of("3"));
     CHECK_FALSE(fs::exists(folder / "a"));
     CHECK(holds(folder / "b", "old"));

@@ -63,6 +63,9 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside) {
         std::error_code failure;
         std::filesystem::create_directory(made.path, failure);
         if (failure) raise_system_error(failure.value(), beside, "a folder in which files can be made");
+        // What it holds may replace something private.
+        std::filesystem::permissions(made.path, std::filesystem::perms::group_all | std::filesystem::perms::others_all,
+                                     std::filesystem::perm_options::remove, failure);
         // Somebody who looked for abandoned ones just before the lock was there holds it for now, and then has removed the
         // folder.
         made.lock = folder_lock(made.path, true);
