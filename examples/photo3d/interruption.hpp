@@ -36,6 +36,7 @@ public:
     interruption(const interruption&) = delete;
     interruption& operator=(const interruption&) = delete;
     ~interruption() {
+        is_done_ = true;
         pthread_kill(thread_.native_handle(), wake_up);
         thread_.join();
     }
@@ -52,7 +53,7 @@ private:
         int number = 0;
         while (sigwait(&signals_, &number) != 0) {
         }
-        if (number == wake_up) return;
+        if (is_done_) return;
         is_ending_ = true;
         if (const pid_t helper = helping_process; helper > 0) kill(helper, SIGKILL);
         files_.discard();  // waits while files are put in their places
@@ -67,7 +68,7 @@ private:
 
     file_set& files_;
     sigset_t signals_;
-    std::atomic<bool> is_ending_{false};
+    std::atomic<bool> is_ending_{false}, is_done_{false};
     std::thread thread_;
 };
 
