@@ -4,6 +4,7 @@
 
 KILLS (default 24): how often it is killed at a random time.
 """
+import base64
 import json
 import os
 import random
@@ -317,6 +318,7 @@ def many_at_once():
         said = [process.communicate()[1] for process in processes]
         check(f"eight at once: {[p.returncode for p in processes]} {said}", all(p.returncode == DONE for p in processes))
         check(f"eight at once leave {f.made()}", f.made() == ["a.glb", "a.html"] and is_whole_glb(f.read("a.glb")))
+        check("eight at once: the page has the GLB beside it", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
     with folder_of_files() as f:
         ignoring = subprocess.run(["sh", "-c", 'trap "" TERM; "$@" & sleep 0.03; kill -TERM $!; wait $!', "sh", *f.command("me.png", "-o", "a.glb")], cwd=f.path, capture_output=True)
         check(f"a signal that is ignored from the start: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])

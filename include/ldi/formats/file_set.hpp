@@ -265,6 +265,8 @@ inline void file_set::commit() {
     refuse_if_discarded();
     for (entry& e : entries_)
         if (e.is_staged && e.put != way::direct) make_ready(e);
+    const std::vector<detail::folder_lock> locks =
+        entries_.size() > 1 ? detail::lock_folders(stagings_) : std::vector<detail::folder_lock>();
     // What can fail for want of space comes before what only changes names.
     for (const way put : {way::direct, way::overwrite, way::rename})
         for (entry& e : entries_) {

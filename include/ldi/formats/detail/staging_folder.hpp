@@ -4,12 +4,14 @@
 
 #include <ldi/formats/detail/file_system.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <random>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION {
 namespace detail {
@@ -71,6 +73,17 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside) {
         made.lock = folder_lock(made.path, true);
         if (std::filesystem::exists(made.path, failure) && (!made.lock.is_held() || made.lock.is_own(made.path))) return made;
     }
+}
+
+/// Keeps others out of the folders that files are put into, who put several there, too: so files of one set stay together. In an
+/// order of their own, so that no two wait for each other.
+inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& stagings) {
+    std::vector<std::filesystem::path> folders;
+    for (const staging_folder& staging : stagings) folders.push_back(staging.beside);
+    std::sort(folders.begin(), folders.end());
+    std::vector<folder_lock> locks;
+    for (const std::filesystem::path& folder : folders) locks.emplace_back(folder, true);
+    return locks;
 }
 
 }  // namespace detail
