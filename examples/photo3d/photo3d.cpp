@@ -1,7 +1,12 @@
 // photo3d: a photo in, a 3D photo out: a GLB file, or an HTML page that shows it.
 
 #include "data_files.hpp"
+#include "documents.hpp"
 #include "html_page.hpp"
+#include "interruption.hpp"
+#include "messages.hpp"
+#include "option_checks.hpp"
+#include "outputs.hpp"
 #include "report.hpp"
 #include "stage_pictures.hpp"
 #include "video.hpp"
@@ -50,6 +55,7 @@ struct arguments {
     }
 };
 
+constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
 constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
 
 void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
@@ -58,15 +64,20 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.footer(std::string("Weights that no option names are looked for in the folder that ") +
                ldi::examples::model_folders::variable + " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights +
                " and " + inpainting_weights + ".");
-    app.add_option("PHOTO", a.photo, "JPEG or PNG")->required();
-    CLI::Option_group* outputs = app.add_option_group("Output", "at least one of these");
-    outputs->add_option("-o,--output", a.output, "the GLB file to write");
-    CLI::Option* html = outputs->add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it");
-    outputs->require_option(1, 0);
-    app.add_option("--viewer", a.viewer, "the viewer for --html, as examples/viewer/build.sh builds it")
-        ->needs(html)
+    const CLI::Validator named = ldi::examples::named();
+    app.set_version_flag("--version", program_version, "print the version and exit");
+    app.add_option("PHOTO", a.photo, "JPEG or PNG; - for standard input")->required()->check(named);
+    app.add_option(
+           "-o,--output", a.output,
+           "the GLB file to write, - for standard output; default, where no output is named: PHOTO.glb and, if the viewer "
+           "is built, PHOTO.html, beside the photo")
+        ->check(named);
+    app.add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it")->check(named);
+    app.add_option("--viewer", a.viewer, "the viewer for pages, as examples/viewer/build.sh builds it")
+        ->check(named)
         ->capture_default_str();
     CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
+    depth->check(named);
     app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
             {"disparity", ldi::depth_map_kind::disparity}, {"meters", ldi::depth_map_kind::meters}}))
@@ -93,24 +104,28 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
         ->capture_default_str();
     app.add_option("--grain", a.grain,
                    "noise over what is inpainted, relative to the strength of what is fine around; 0 for none")
-        ->check(CLI::Range(0.0, 4.0))
+        ->check(ldi::examples::between(0, 4))
         ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
-        ->check(CLI::Range(16, 16384))
+        ->check(ldi::examples::between(16, 16384))
         ->capture_default_str();
     app.add_option("--fov", a.field_of_view,
                    "field of view over the long side, in degrees; default: from EXIF, else 26 mm equivalent")
-        ->check(CLI::Range(5, 150));
+        ->check(ldi::examples::between(5, 150));
     app.add_option(
            "--motion", a.motion,
            "how far the camera may go, in the viewer, a headset and videos: what is nearest moves against what is farthest "
            "by this share of the long side, and surfaces grow behind silhouettes for as much")
-        ->check(CLI::Range(0.0, 0.3))
+        ->check(ldi::examples::between(0, 0.3))
         ->capture_default_str();
-    app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(CLI::Range(1, 100))->capture_default_str();
-    app.add_option("--threads", a.threads, "0: as many as the machine has")->check(CLI::Range(0, 1024))->capture_default_str();
-    app.add_option("--stages", a.stages, "folder for pictures of every stage");
-    app.add_option("--report", a.report, "JSON file for the figures of the run");
+    app.add_option("--quality", a.quality, "JPEG quality of the texture")
+        ->check(ldi::examples::between(1, 100))
+        ->capture_default_str();
+    app.add_option("--threads", a.threads, "0: as many as the machine has")
+        ->check(ldi::examples::between(0, 1024))
+        ->capture_default_str();
+    app.add_option("--stages", a.stages, "folder for pictures of every stage")->check(named);
+    app.add_option("--report", a.report, "JSON file for the figures of the run")->check(named);
     ldi::examples::describe_video(app, a.video);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
@@ -163,8 +178,10 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         clock.begin("reading depth");
         ldi::depth_map_options map_options = a.depth_map;
         map_options.white_is_near = !a.near_is_black;
-        const ldi::given_disparity estimator{ldi::fill_invalid(ldi::load_depth_map(a.depth, map_options), a.depth.string())};
-        ldi::check_fits(estimator.map, photo.color, a.depth.string());
+        const std::string depth_name = ldi::examples::name_of_input(a.depth);
+        const ldi::given_disparity estimator{
+            ldi::fill_invalid(ldi::decode_depth_map(ldi::examples::read_input(a.depth), map_options, depth_name), depth_name)};
+        ldi::check_fits(estimator.map, photo.color, depth_name);
         return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
     }
     clock.begin("reading depth network");
@@ -179,13 +196,60 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples:
     return convert(a, photo, inpainter, clock);
 }
 
-void run(const arguments& a) {
+/// Names the outputs that follow from the photo's name where none is given.
+void name_outputs(arguments& a) {
+    if (!a.output.empty() || !a.html.empty() || !a.video.output.empty() || !a.video.depth_map.empty()) return;
+    if (ldi::examples::is_standard(a.photo)) {
+        a.output = "-";
+        return;
+    }
+    a.output = std::filesystem::path(a.photo).replace_extension(".glb");
+    ldi::examples::check_own(a.output, R"("generator":"ldi )", "-o");
+    std::error_code ignored;
+    if (std::filesystem::exists(a.viewer, ignored)) {
+        a.html = std::filesystem::path(a.photo).replace_extension(".html");
+        ldi::examples::check_own(a.html, R"(<script id="photo" type="model/gltf-binary)", "--html");
+    } else if (!a.quiet) {
+        ldi::examples::say("no page beside the GLB: the viewer is not built (examples/viewer/build.sh builds " +
+                           a.viewer.string() + ")");
+    }
+}
+
+/// Says what stands against the names before any work.
+void check_files(const arguments& a, ldi::examples::output_files& files) {
+    if (ldi::examples::is_standard(a.photo) && ldi::examples::is_standard(a.depth))
+        ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
+    for (const std::filesystem::path& input : {a.photo, a.depth, a.depth_model, a.inpainting_model, a.viewer})
+        files.read_from(input);
+    if (ldi::examples::camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
+    if (!a.output.empty()) {
+        files.claim(a.output);
+        ldi::examples::check_glb_name(a.output);
+    }
+    if (!a.html.empty()) files.claim(a.html);
+    if (!a.report.empty()) files.claim(a.report, true);
+    if (!a.stages.empty()) files.claim_folder(a.stages);
+    ldi::examples::check_video(a.video, files);
+}
+
+/// The table of a run's figures, and what its result leaves to be said.
+void print_figures(const arguments& a, const nlohmann::ordered_json& report, const std::string& depth, bool is_stdout_taken) {
+    if (a.quiet) return;
+    std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), is_stdout_taken ? stderr : stdout);
+    if (report["hidden_pixels"] == 0)
+        ldi::examples::say(ldi::examples::name_of_input(a.photo) + " became a single sheet: nowhere in its depth (" + depth +
+                           ") does one thing hide another, so that there is nothing to see behind it. Another depth map or "
+                           "network may see more: --depth, --depth-model.");
+}
+
+void run(arguments& a, ldi::examples::output_files& files) {
+    name_outputs(a);
+    check_files(a, files);
     ldi::examples::stage_clock clock(a.quiet);
     std::optional<ldi::examples::viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
     if (!a.html.empty()) viewer.emplace(a.viewer);
-    ldi::examples::check_video(a.video);
     clock.begin("reading photo");
-    const ldi::photo photo = ldi::load_photo(a.photo);
+    const ldi::photo photo = ldi::decode_photo(ldi::examples::read_input(a.photo), {}, ldi::examples::name_of_input(a.photo));
     const ldi::photo3d result = convert(a, photo, clock);
 
     clock.begin("encoding");
@@ -197,30 +261,36 @@ void run(const arguments& a) {
     const ldi::buffer<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
-    const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),
+    const std::string depth = ldi::examples::name_of_input(a.depth.empty() ? a.depth_model : a.depth),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const nlohmann::ordered_json report =
         ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());
-    if (!a.report.empty()) {
-        const std::string text = report.dump(2) + "\n";
-        ldi::write_file(a.report, std::as_bytes(std::span(text)));
-    }
-    if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages);
+    if (!a.report.empty()) files.write(a.report, ldi::examples::to_text(report));
+    if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages, files);
     ldi::thread_pool threads(a.threads);
-    ldi::examples::save_video(result, a.video, threads);
-    // Last: where they exist, all went well.
+    ldi::examples::save_video(result, a.video, files, threads);
     if (viewer) {
-        const std::string page = viewer->with_photo(a.photo.stem().string(), result.photo, glb);
-        ldi::write_file(a.html, std::as_bytes(std::span(page)));
+        const std::string title = ldi::examples::is_standard(a.photo) ? "3D photo" : a.photo.stem().string();
+        files.write(a.html, viewer->with_photo(title, result.photo, glb));
     }
-    if (!a.output.empty()) ldi::write_file(a.output, glb);
-    if (!a.quiet) std::fputs(("\n" + ldi::examples::to_table(report)).c_str(), stdout);
-    if (!a.quiet && report["hidden_pixels"] == 0)
-        std::fprintf(
-            stderr,
-            "\nphoto3d: %s became a single sheet: nowhere in its depth (%s) does one thing hide another, so that there is "
-            "nothing to see behind it. Another depth map or network may see more: --depth, --depth-model.\n",
-            a.photo.c_str(), depth.c_str());
+    if (!a.output.empty()) files.write(a.output, glb);
+    files.commit();
+    print_figures(a, report, depth, files.uses_standard_output());
+}
+
+/// Adds what prints the manual page or a shell's completions and ends. These name the program's data as seen from it.
+void describe_documents(CLI::App& app) {
+    app.add_option_function<std::string>(
+           "--generate",
+           [](const std::string& kind) {
+               CLI::App described;
+               arguments defaults;
+               describe(described, defaults, LDI_DATA_FROM_PROGRAM);
+               described.set_help_flag("-h,--help", "print all options and exit");
+               throw CLI::CallForVersion(ldi::examples::document(described, program_version, kind), 0);
+           },
+           "print the manual page (man), or what a shell completes (bash, zsh, fish), and exit")
+        ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
 }
 
 }  // namespace
@@ -234,17 +304,27 @@ int main(int count, char** values) {
     CLI::App app;
     arguments a;
     const std::filesystem::path data = ldi::examples::data_folder(values[0]);
-    describe(app, a, data);
-    CLI11_PARSE(app, count, values);
     try {
-        find_weights(a, data);
-        run(a);
-    } catch (const std::bad_alloc&) {
-        std::fputs("photo3d: not enough memory\n", stderr);
-        return 1;
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "\nphoto3d: %s\n", e.what());
-        return 1;
+        describe(app, a, data);
+        describe_documents(app);
+        app.footer(app.get_footer() + "\n\nExit codes. " + ldi::examples::exit_code_text);
+        app.parse(count, values);
+        ldi::examples::output_files files;
+        const ldi::examples::interruption signals(files.files());
+        try {
+            find_weights(a, data);
+            run(a, files);
+        } catch (...) {
+            signals.end_if_signaled();
+            return ldi::examples::say_failure();
+        }
+    } catch (const CLI::Success& e) {
+        return app.exit(e);  // --help, --version, --generate
+    } catch (const CLI::ParseError& e) {
+        ldi::examples::say(std::string(e.what()) + " (photo3d --help lists all options)");
+        return ldi::examples::exit_usage;
+    } catch (...) {
+        return ldi::examples::say_failure();
     }
-    return 0;
+    return ldi::examples::exit_done;
 }

@@ -1,11 +1,14 @@
 // What a run of photo3d took and made: the table that it prints, and the same as JSON.
 #pragma once
 
+#include "messages.hpp"
+
 #include <ldi/photo3d.hpp>
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -22,7 +25,12 @@ namespace ldi::examples {
 class stage_clock {
 public:
     /// quiet  print nothing while running
-    explicit stage_clock(bool quiet) : quiet_(quiet) {}
+    explicit stage_clock(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+    ~stage_clock() {
+        if (is_running_ && !quiet_ && is_terminal_) std::fputc('\n', stderr);  // what comes is no part of the line
+    }
+    stage_clock(const stage_clock&) = delete;
+    stage_clock& operator=(const stage_clock&) = delete;
 
     progress_listener listener() {
         progress_listener o;
@@ -47,7 +55,9 @@ public:
         if (!is_running_) return;
         stages_.back().second = std::chrono::duration<double, std::milli>(clock::now() - started_).count();
         is_running_ = false;
-        if (!quiet_) std::fprintf(stderr, "\r%-22s %8.1f ms\n", stages_.back().first.c_str(), stages_.back().second);
+        if (!quiet_)
+            std::fprintf(stderr, "%s%-22s %8.1f ms\n", is_terminal_ ? "\r" : "", stages_.back().first.c_str(),
+                         stages_.back().second);
     }
 
     /// Name and milliseconds of every stage.
@@ -62,12 +72,12 @@ private:
     }
 
     void show(int percent) {
-        if (quiet_ || percent / 10 == shown_tens_) return;
+        if (quiet_ || !is_terminal_ || percent / 10 == shown_tens_) return;
         shown_tens_ = percent / 10;
         std::fprintf(stderr, "\r%-22s %7d %%", stages_.back().first.c_str(), percent);
     }
 
-    bool quiet_;
+    bool quiet_, is_terminal_;  // to anything else, a line is written once it is complete
     bool is_running_ = false;
     int shown_tens_ = -1;  // of per cent; -1: nothing yet
     clock::time_point started_;
@@ -119,6 +129,11 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     return report;
 }
 
+/// The figures as JSON. What is no UTF-8 in names of files is replaced: JSON has no other text.
+inline std::string to_text(const nlohmann::ordered_json& report) {
+    return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 /// The figures as lines of text.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;
@@ -137,8 +152,8 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     char fill[32];
     std::snprintf(fill, sizeof fill, "%.0f %% full", 100.0 * report["atlas_fill"].get<double>());
     line("charts", number("charts") + ", in an atlas of " + number("atlas_width") + " x " + number("atlas_height") + ", " + fill);
-    line("depth from", report["depth"].get<std::string>());
-    line("inpainting by", report["inpainting"].get<std::string>());
+    line("depth from", escaped(report["depth"].get<std::string>()));
+    line("inpainting by", escaped(report["inpainting"].get<std::string>()));
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
     line("bytes", number("glb_bytes") + ", " + number("jpeg_bytes") + " of them texture");
     line("peak memory", std::to_string(report["peak_memory_bytes"].get<std::size_t>() / 1'000'000) + " MB");

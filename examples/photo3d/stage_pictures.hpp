@@ -1,6 +1,8 @@
 // Pictures of every stage, for people who want to see what happened: `photo3d --stages DIR`.
 #pragma once
 
+#include "outputs.hpp"
+
 #include <ldi/formats/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera.hpp>
@@ -135,11 +137,9 @@ inline picture wireframe_picture(const photo3d& result) {
 }
 
 /// Writes a PNG of every stage to `folder`, which is made if need be.
-inline void save_stage_pictures(const photo3d& result, const std::filesystem::path& folder) {
-    std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
-    if (failure) raise(error_code::file_access, folder.string(), "a folder that can be made", failure.message());
-    const auto save = [&](const std::string& name, const picture& p) { save_png(folder / (name + ".png"), p); };
+inline void save_stage_pictures(const photo3d& result, const std::filesystem::path& folder, output_files& files) {
+    files.create_folder(folder);
+    const auto save = [&](const std::string& name, const picture& p) { files.write(folder / (name + ".png"), encode_png(p)); };
     save("01_photo", result.photo);
     save("02_disparity_estimated", gray(result.estimated));
     save("03_disparity_resampled", gray(result.resampled));

@@ -1,7 +1,11 @@
 // Moving pictures of a 3D photo: `photo3d --video FILE`. Frames go through a pipe to ffmpeg, or as PNG files to a folder.
 #pragma once
 
-#include <ldi/formats/file.hpp>
+#include "interruption.hpp"
+#include "key_frames.hpp"
+#include "option_checks.hpp"
+#include "outputs.hpp"
+
 #include <ldi/formats/picture.hpp>
 #include <ldi/photo3d.hpp>
 #include <ldi/render/camera_paths.hpp>
@@ -10,7 +14,6 @@
 #include <ldi/render/stereo.hpp>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -45,7 +48,7 @@ struct video_options {
     float seconds = 6;
     int frames_per_second = 0, size = 0;  ///< 0: as the file format likes it
 
-    std::string extension() const { return output.extension().string(); }
+    std::string extension() const { return extension_of(output); }
     bool needs_ffmpeg() const { return extension() == ".mp4" || extension() == ".webp" || extension() == ".gif"; }
     bool is_for_chats() const { return extension() == ".webp" || extension() == ".gif"; }
 };
@@ -62,23 +65,23 @@ inline void describe_video(CLI::App& app, video_options& v) {
     CLI::Option* video = app.add_option(
         "--video", v.output,
         "moving picture of the result: .mp4, .webp or .gif (needs ffmpeg); any other name: a folder of PNG frames");
+    video->check(named());
     app.add_option("--path", v.path, "of the camera: swing, circle, zoom-in, dolly-zoom, or a JSON file of key frames")
+        ->check(named())
         ->needs(video)
         ->capture_default_str();
-    app.add_option("--seconds", v.seconds, "length of the video")
-        ->check(CLI::Range(0.1, 600.0))
-        ->needs(video)
-        ->capture_default_str();
+    app.add_option("--seconds", v.seconds, "length of the video")->check(between(0.1, 600))->needs(video)->capture_default_str();
     app.add_option("--fps", v.frames_per_second, "frames a second; default 30, or 20 in .webp and .gif")
-        ->check(CLI::Range(1, 120))
+        ->check(between(1, 120))
         ->needs(video);
     app.add_option("--video-size", v.size, "long side of the video in pixels; default 960, or 480 in .webp and .gif")
-        ->check(CLI::Range(16, 8192))
+        ->check(between(16, 8192))
         ->needs(video);
     app.add_option("--stereo", v.stereo, "a picture for each eye: side-by-side, or anaglyph for red-cyan glasses")
         ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))
         ->needs(video);
-    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 where there is nothing");
+    app.add_option("--depth-map", v.depth_map, "16-bit PNG of the result's depth: white near, 0 where there is nothing")
+        ->check(named());
 }
 
 /// Where a program is that the shell would find, if anywhere.
@@ -106,7 +109,16 @@ public:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-        const int failure = posix_spawnp(&process_, words[0], &actions, nullptr, words.data(), environ);
+        posix_spawnattr_t attributes;  // it gets signals as if the shell had started it
+        posix_spawnattr_init(&attributes);
+        sigset_t none, piped;
+        sigemptyset(&none), sigemptyset(&piped);
+        sigaddset(&piped, SIGPIPE);
+        posix_spawnattr_setsigmask(&attributes, &none);
+        posix_spawnattr_setsigdefault(&attributes, &piped);
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+        const int failure = posix_spawnp(&process_, words[0], &actions, &attributes, words.data(), environ);
+        posix_spawnattr_destroy(&attributes);
         posix_spawn_file_actions_destroy(&actions);
         close(ends[0]);
         input_ = ends[1];
@@ -115,7 +127,7 @@ public:
             errno = failure;
             fail("a program that starts");
         }
-        std::signal(SIGPIPE, SIG_IGN);  // a program that ends early shows in what write() returns
+        helping_process = process_;
     }
     pipe_to_program(const pipe_to_program&) = delete;
     pipe_to_program& operator=(const pipe_to_program&) = delete;
@@ -133,23 +145,29 @@ public:
         }
     }
 
-    /// Waits for the program's end. Raises file_access if it failed; it has said why by then.
+    /// Waits for the program's end. Raises unavailable if it failed, mostly for want of space; it has said why by then.
     void finish() {
         const int status = wait();
         if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-            raise(error_code::file_access, name_, "success", "failure: its message is above");
+            raise(error_code::unavailable, name_, "success", "failure: its message is above");
     }
 
 private:
     int wait() {
         close(std::exchange(input_, -1));
+        siginfo_t ended;
+        while (waitid(P_PID, static_cast<id_t>(process_), &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
+        }
+        helping_process = 0;  // before its number can be another's
         int status = 0;
         while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
         }
         return status;
     }
     [[noreturn]] void fail(const char* expected) const {
-        raise(error_code::file_access, name_, expected, detail::system_reason(errno));
+        const int reason = errno;
+        raise(reason == EPIPE ? error_code::unavailable : error_code::file_access, name_, expected,
+              detail::system_reason(reason));
     }
 
     std::string name_;
@@ -178,35 +196,18 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
     return command;
 }
 
-/// [{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 1}, ...], lengths in the units of the photo's space, in
-/// which the nearest surface is at z = -1 unless depth is metric. Places where hidden surfaces would end in sight are drawn back
-/// towards the photo's (within_motion). Raises file_access, invalid_data.
-inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file) {
-    const std::vector<std::byte> bytes = read_file(file);
-    const char* text = reinterpret_cast<const char*>(bytes.data());
-    const nlohmann::json keys = nlohmann::json::parse(text, text + bytes.size(), nullptr, false);
-    std::vector<key_frame> result;
-    try {
-        for (const nlohmann::json& key : keys) {
-            key_frame k;
-            k.time = key.at("time").get<float>();
-            k.position = key.at("position").get<std::array<float, 3>>();
-            k.target = key.at("target").get<std::array<float, 3>>();
-            k.zoom = key.value("zoom", 1.0F);
-            if (k.position[0] == k.target[0] && k.position[2] == k.target[2])
-                raise(error_code::invalid_data, file.string(), "targets that are not straight above or below", "one that is");
-            result.push_back(k);
-        }
-    } catch (const nlohmann::json::exception& e) {
-        raise(error_code::invalid_data, file.string(), "a list of key frames: time, position, target, zoom", e.what());
-    }
-    view_between(result, {1, 1, 1}, 0);  // says what is wrong with their times
-    return result;
-}
-
 /// To be called before the work that leads to the video: what is missing is said at once.
-inline void check_video(const video_options& v) {
+inline void check_video(const video_options& v, output_files& files) {
+    if (!v.depth_map.empty()) files.claim(v.depth_map);
     if (v.output.empty()) return;
+    for (const char* other : {".mov", ".mkv", ".avi", ".webm", ".m4v", ".png", ".jpg", ".apng"})
+        if (v.extension() == other)
+            raise(error_code::invalid_option, v.output.string(), "a name that ends in .mp4, .webp or .gif, or that of a folder",
+                  other);
+    if (v.needs_ffmpeg() && !is_standard(v.output))
+        files.claim(v.output);
+    else
+        files.claim_folder(v.output);
     if (v.needs_ffmpeg() && !find_program("ffmpeg"))
         raise(error_code::file_access, v.output.string(),
               "the program ffmpeg, which writes videos (Debian: apt-get install ffmpeg); a folder's name gives PNG frames "
@@ -257,12 +258,12 @@ inline std::vector<view> frame_views(const photo3d& result, const video_options&
 }
 
 template <executor Executor>
-void save_video(const photo3d& result, const video_options& v, Executor& threads) {
+void save_video(const photo3d& result, const video_options& v, output_files& files, Executor& threads) {
     if (!v.depth_map.empty()) {
         view own;
         own.camera = result.layers.camera;
         const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster_options(), threads);
-        save_png(v.depth_map, disparity_map(seen.depth, result.layers.range));
+        files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.layers.range)));
     }
     if (v.output.empty()) return;
     const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
@@ -278,30 +279,19 @@ void save_video(const photo3d& result, const video_options& v, Executor& threads
         return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));
     };
     if (!v.needs_ffmpeg()) {
-        std::error_code failure;
-        std::filesystem::create_directories(v.output, failure);
-        if (failure) raise(error_code::file_access, v.output.string(), "a folder that can be made", failure.message());
+        files.create_folder(v.output);
         for (std::size_t i = 0; i < frames; ++i) {
             char name[32];
             std::snprintf(name, sizeof name, "frame_%05zu.png", i + 1);
-            save_png(v.output / name, frame(i));
+            files.write(v.output / name, encode_png(frame(i)));
         }
         return;
     }
-    std::filesystem::path unfinished = v.output;
-    unfinished += ".part";
-    try {
-        const image<std::uint8_t> first = frame(0);
-        pipe_to_program ffmpeg(ffmpeg_command(v, first.width(), first.height(), frames_per_second, unfinished));
-        ffmpeg.write(first);
-        for (std::size_t i = 1; i < frames; ++i) ffmpeg.write(frame(i));
-        ffmpeg.finish();
-        std::filesystem::rename(unfinished, v.output);
-    } catch (...) {
-        std::error_code ignored;
-        std::filesystem::remove(unfinished, ignored);
-        throw;
-    }
+    const image<std::uint8_t> first = frame(0);
+    pipe_to_program ffmpeg(ffmpeg_command(v, first.width(), first.height(), frames_per_second, files.reserve(v.output)));
+    ffmpeg.write(first);
+    for (std::size_t i = 1; i < frames; ++i) ffmpeg.write(frame(i));
+    ffmpeg.finish();
 }
 
 }  // namespace ldi::examples

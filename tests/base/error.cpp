@@ -30,7 +30,8 @@ TEST_CASE("raising throws an error that keeps its four details") {
 TEST_CASE("every code has a name of its own") {
     std::vector<std::string_view> names;
     for (const error_code code : {error_code::invalid_option, error_code::invalid_data, error_code::unsupported,
-                                  error_code::mismatch, error_code::too_large, error_code::file_access, error_code::canceled})
+                                  error_code::mismatch, error_code::too_large, error_code::file_access, error_code::canceled,
+                                  error_code::out_of_memory, error_code::unavailable})
         names.push_back(to_string(code));
     std::sort(names.begin(), names.end());
     CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());

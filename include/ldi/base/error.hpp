@@ -23,6 +23,7 @@ enum class error_code {
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
     out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
+    unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -36,6 +37,7 @@ constexpr std::string_view to_string(error_code code) {
         case error_code::file_access: return "file access";
         case error_code::canceled: return "canceled";
         case error_code::out_of_memory: return "out of memory";
+        case error_code::unavailable: return "unavailable for now";
     }
     return "unknown error";
 }

@@ -1,15 +1,16 @@
-// Whole files in, whole files out. A file that ldi writes appears complete under its name or not at all: it is written beside its
-// place under a temporary name and then renamed.
+// Whole files in, whole files out. A file that ldi writes appears complete under its name or not at all; file_set.hpp says how,
+// and does the same for several files that belong together.
 #pragma once
 
 #include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
+#include <ldi/formats/file_set.hpp>
 
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <random>
 #include <span>
 #include <string>
 #include <system_error>
@@ -20,53 +21,24 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// All bytes of a file.
 ///
 /// max_bytes  a longer file raises error_code::too_large, before more than this is in memory
-/// Raises file_access where the file can't be opened or read, or is a folder; too_large.
+/// Raises file_access where the file can't be opened or read, or is a folder; unavailable, too_large.
 std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 30);
 
-/// Writes a file, or replaces it. What stood there before stays untouched until the new content is complete. Devices and pipes,
-/// which can't be replaced, are written to directly.
+/// Writes a file, or replaces it. What stood there before stays untouched until the new content is complete and on the disk. A
+/// link is written through; permissions, owner and other names of the file are kept. Devices and pipes, which can't be replaced,
+/// are written to directly.
 ///
-/// Raises file_access; the message names the path and the reason, and no temporary file is left.
+/// Raises file_access, unavailable, invalid_option for an empty name; the message names the path and the reason, and nothing
+/// temporary is left.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-namespace detail {
-
-/// The operating system's reason, from errno.
-inline std::string system_reason(int error_number) {
-    return error_number == 0 ? std::string("an input or output error") : std::generic_category().message(error_number);
-}
-
-/// A name in the same folder (so that renaming does not copy) that nobody else uses.
-inline std::filesystem::path temporary_name_beside(const std::filesystem::path& path) {
-    std::random_device random;
-    const std::uint64_t number = (std::uint64_t{random()} << 32) | random();
-    std::string name = ".ldi-";
-    for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[(number >> shift) & 15];
-    return path.parent_path() / (name + ".tmp");
-}
-
-/// Empty on success, else the reason.
-inline std::string write_bytes(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    errno = 0;
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    if (!file) return system_reason(errno);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    file.close();  // a full disk may show only here
-    return file ? std::string() : system_reason(errno);
-}
-
-}  // namespace detail
-
 inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
-    const auto refused = [&](const std::string& reason) {
-        raise(error_code::file_access, path.string(), "a readable file", reason);
-    };
     std::error_code ignored;
     const std::filesystem::file_status status = std::filesystem::status(path, ignored);
-    if (std::filesystem::is_directory(status)) refused("a folder");
+    if (std::filesystem::is_directory(status)) raise(error_code::file_access, path.string(), "a readable file", "a folder");
     errno = 0;
     std::ifstream file(path, std::ios::binary);
-    if (!file) refused(detail::system_reason(errno));
+    if (!file) detail::raise_system_error(errno, path, "a readable file");
 
     // The size that the system reports saves copies; only what is really read counts, since pipes and growing files have none.
     constexpr std::size_t chunk = std::size_t{1} << 16;
@@ -85,32 +57,15 @@ inline std::vector<std::byte> read_file(const std::filesystem::path& path, std::
         file.read(reinterpret_cast<char*>(bytes.data() + used), static_cast<std::streamsize>(chunk));
         bytes.resize(used + static_cast<std::size_t>(file.gcount()));
         if (bytes.size() > max_bytes) too_large();
-        if (file.bad()) refused(detail::system_reason(errno));
+        if (file.bad()) detail::raise_system_error(errno, path, "a readable file");
         if (!file) return bytes;
     }
 }
 
 inline void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    const auto refused = [&](const std::string& reason) {
-        raise(error_code::file_access, path.string(), "a writable place", reason);
-    };
-    std::error_code failure;
-    const std::filesystem::file_status there = std::filesystem::status(path, failure);
-    if (std::filesystem::is_directory(there)) refused("a folder");
-    if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
-        const std::string reason = detail::write_bytes(path, bytes);
-        if (!reason.empty()) refused(reason);
-        return;
-    }
-    const std::filesystem::path temporary = detail::temporary_name_beside(path);
-    std::string reason = detail::write_bytes(temporary, bytes);
-    if (reason.empty()) {
-        std::filesystem::rename(temporary, path, failure);
-        if (!failure) return;
-        reason = failure.message();
-    }
-    std::filesystem::remove(temporary, failure);
-    refused(reason);
+    file_set files;
+    files.write(path, bytes);
+    files.commit();
 }
 
 }  // namespace ldi

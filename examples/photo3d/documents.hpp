@@ -1,0 +1,160 @@
+// The manual page and what shells complete, both made from the program's own description of its options.
+#pragma once
+
+#include "messages.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi::examples {
+
+/// All options, those of groups after the others.
+inline std::vector<const CLI::Option*> all_options(const CLI::App& app) {
+    std::vector<const CLI::Option*> options = app.get_options();
+    for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
+        for (const CLI::Option* option : group->get_options()) options.push_back(option);
+    std::erase_if(options, [](const CLI::Option* o) { return o->get_group().empty(); });  // hidden
+    return options;
+}
+
+inline bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
+
+/// What stands for an option's value: "TEXT", "16 to 16384", "disparity|meters".
+inline std::string value_of(const CLI::Option& option) {
+    const std::string type = option.get_type_name();
+    return type.substr(type.find(':') == std::string::npos ? 0 : type.find(':') + 1);
+}
+
+/// The words that an option's value can be, as the checks of CLI11 name them: {a,b}, or {a->0,b->1}. Empty where it can be
+/// others.
+inline std::vector<std::string> words_of(const CLI::Option& option) {
+    const std::string type = option.get_type_name();
+    const std::size_t first = type.find('{'), last = type.find('}');
+    std::vector<std::string> words;
+    if (first == std::string::npos || last == std::string::npos) return words;
+    for (std::string word : CLI::detail::split(type.substr(first + 1, last - first - 1), ',')) {
+        word = word.substr(0, word.find("->"));
+        words.push_back(word);
+    }
+    return words;
+}
+
+inline std::string joined(const std::vector<std::string>& words, const char* between_them) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : between_them) + word;
+    return text;
+}
+
+/// Every name of an option, with its dashes.
+inline std::vector<std::string> names_of(const CLI::Option& option) {
+    std::vector<std::string> names;
+    for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+    return names;
+}
+
+/// Text that means itself in troff.
+inline std::string roff(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (result.empty() || result.back() == '\n')
+            if (c == '.' || c == '\'') result += "\\&";
+        result += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);
+    }
+    return result;
+}
+
+inline std::string manual(const CLI::App& app, const std::string& version) {
+    std::string page = ".TH PHOTO3D 1 \"\" \"photo3d " + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
+                       "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.I PHOTO\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
+                       roff(app.get_description()) + "\n.SH OPTIONS\n";
+    for (const CLI::Option* option : all_options(app)) {
+        page += ".TP\n";
+        if (option->get_positional() && names_of(*option).empty()) {
+            page += ".I " + roff(option->get_name(true)) + "\n";
+        } else {
+            const std::vector<std::string> words = words_of(*option);
+            page += ".B " + roff(joined(names_of(*option), ", "));
+            if (takes_value(*option)) page += " \\fI" + roff(words.empty() ? value_of(*option) : joined(words, "|")) + "\\fR";
+            page += "\n";
+        }
+        page += roff(option->get_description());
+        if (!option->get_default_str().empty()) page += roff(" (default: " + option->get_default_str() + ")");
+        page += "\n";
+    }
+    return page + ".SH FILES\n" + roff(app.get_footer()) + "\n.SH EXIT STATUS\n" + roff(exit_code_text) + "\n";
+}
+
+inline std::string bash_completion(const CLI::App& app) {
+    std::string names, values;
+    for (const CLI::Option* option : all_options(app)) {
+        const std::vector<std::string> own = names_of(*option), words = words_of(*option);
+        for (const std::string& name : own) names += name + " ";
+        if (!words.empty())
+            values += "        " + joined(own, "|") + ") mapfile -t COMPREPLY < <(compgen -W '" + joined(words, " ") +
+                      "' -- \"$current\"); return ;;\n";
+    }
+    return "# bash completion for photo3d\n_photo3d() {\n    local current=${COMP_WORDS[COMP_CWORD]}\n"
+           "    case ${COMP_WORDS[COMP_CWORD - 1]} in\n" +
+           values + "    esac\n    if [[ $current == -* ]]; then\n        mapfile -t COMPREPLY < <(compgen -W '" + names +
+           "' -- \"$current\")\n    fi\n}\ncomplete -o default -F _photo3d photo3d\n";
+}
+
+/// Text between single quotes of a shell, without what `also` names, which the shell would read as its own there.
+inline std::string quoted(std::string_view text, std::string_view also) {
+    std::string result = "'";
+    for (const char c : text) {
+        if (c == '\'') {
+            result += "'\\''";
+        } else if (also.find(c) != std::string_view::npos) {
+            result += std::string("\\") + c;
+        } else {
+            result += c;
+        }
+    }
+    return result + "'";
+}
+
+inline std::string zsh_completion(const CLI::App& app) {
+    std::string text = "#compdef photo3d\n_arguments \\\n";
+    for (const CLI::Option* option : all_options(app))
+        for (const std::string& name : names_of(*option)) {
+            const std::vector<std::string> words = words_of(*option);
+            std::string line = name + "[";
+            std::string value = !takes_value(*option) ? ""
+                                : words.empty()       ? ":value:_files"
+                                                      : ":value:(" + joined(words, " ") + ")";
+            std::string description = quoted(option->get_description(), "[]:\\");
+            text += "    '" + line + description.substr(1, description.size() - 2) + "]" + value + "' \\\n";
+        }
+    return text + "    '*:photo:_files'\n";
+}
+
+inline std::string fish_completion(const CLI::App& app) {
+    std::string text;
+    for (const CLI::Option* option : all_options(app)) {
+        if (names_of(*option).empty()) continue;
+        const std::vector<std::string> words = words_of(*option);
+        text += "complete -c photo3d";
+        for (const std::string& name : option->get_snames()) text += " -s " + name;
+        for (const std::string& name : option->get_lnames()) text += " -l " + name;
+        if (takes_value(*option)) text += words.empty() ? " -r" : " -x -a " + quoted(joined(words, " "), "\\");
+        std::string description;
+        for (const char c : option->get_description()) description += c == '\'' ? std::string("\\'") : std::string(1, c);
+        text += " -d '" + description + "'\n";
+    }
+    return text;
+}
+
+/// kind  man, bash, zsh or fish
+inline std::string document(const CLI::App& app, const std::string& version, std::string_view kind) {
+    return kind == "man"    ? manual(app, version)
+           : kind == "bash" ? bash_completion(app)
+           : kind == "zsh"  ? zsh_completion(app)
+                            : fish_completion(app);
+}
+
+}  // namespace ldi::examples

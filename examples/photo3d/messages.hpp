@@ -1,0 +1,103 @@
+// What the program says to people and to scripts: messages in which no file name does anything to a terminal, and exit codes that
+// part what may succeed later from what never will.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
+
+#include <cstddef>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace ldi::examples {
+
+/// The program's exit codes. Ended by a signal it ends by that signal, 128 + its number to a shell.
+enum exit_code : int {
+    exit_done = 0,
+    exit_never = 1,       ///< a photo, a map, a weight file or a place to write to that can't be used: the same never succeeds
+    exit_usage = 2,       ///< options that are wrong or don't go together: the same never succeeds
+    exit_defect = 70,     ///< a defect of the program (EX_SOFTWARE)
+    exit_try_again = 75,  ///< no memory, no space on the disk, a device that fails: the same may succeed later (EX_TEMPFAIL)
+};
+
+/// For --help and the manual.
+constexpr const char* exit_code_text =
+    "0: done. 1: an input or a place to write to can't be used; the same never succeeds. 2: wrong options. 75: no memory, no "
+    "space, "
+    "a device that fails; the same may succeed later. 70: a defect of the program. Whatever but 0: nothing was written.";
+
+/// The number of bytes at the start that are one character as UTF-8 has it, or 0.
+inline std::size_t utf8_length(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const std::size_t length = byte(0) < 0x80                      ? 1
+                               : byte(0) >= 0xC2 && byte(0) < 0xE0 ? 2
+                               : byte(0) >= 0xE0 && byte(0) < 0xF0 ? 3
+                               : byte(0) >= 0xF0 && byte(0) < 0xF5 ? 4
+                                                                   : 0;
+    if (length == 0 || length > text.size()) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xC0) != 0x80) return 0;
+    return length;
+}
+
+/// Text with every control character, and every byte that is no UTF-8, as \xNN.
+inline std::string escaped(std::string_view text) {
+    std::string result;
+    while (!text.empty()) {
+        const std::size_t length = utf8_length(text);
+        const unsigned char first = static_cast<unsigned char>(text[0]);
+        const bool is_control = length == 1   ? first < 0x20 || first == 0x7F
+                                : length == 2 ? first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0
+                                              : false;
+        if (length > 0 && !is_control) {
+            result += text.substr(0, length);
+            text.remove_prefix(length);
+            continue;
+        }
+        for (std::size_t i = 0; i < (length == 0 ? 1 : length); ++i) {
+            char code[8];
+            std::snprintf(code, sizeof code, "\\x%02X", static_cast<unsigned>(static_cast<unsigned char>(text[i])));
+            result += code;
+        }
+        text.remove_prefix(length == 0 ? 1 : length);
+    }
+    return result;
+}
+
+/// One line to standard error.
+inline void say(const std::string& text) { std::fprintf(stderr, "photo3d: %s\n", escaped(text).c_str()); }
+
+/// Says what went wrong. Called while an exception is handled.
+inline exit_code say_failure() {
+    try {
+        throw;
+    } catch (const error& e) {
+        say(e.what());
+        switch (e.code()) {
+            case error_code::invalid_option: return exit_usage;
+            case error_code::unavailable:
+            case error_code::out_of_memory:
+            case error_code::canceled: return exit_try_again;
+            default: return exit_never;
+        }
+    } catch (const std::bad_alloc&) {
+        say("not enough memory");
+        return exit_try_again;
+    } catch (const std::length_error&) {
+        say("not enough memory");
+        return exit_try_again;
+    } catch (const std::system_error& e) {  // threads that can't be started, folders that can't be read
+        say(e.what());
+        return detail::may_pass(e.code().value()) ? exit_try_again : exit_never;
+    } catch (const std::exception& e) {
+        say(std::string("a defect of the program: ") + e.what());
+        return exit_defect;
+    }
+}
+
+}  // namespace ldi::examples

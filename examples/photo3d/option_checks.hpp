@@ -1,0 +1,35 @@
+// Checks of what options are given, in words of our own.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+namespace ldi::examples {
+
+/// A number in a range; unlike CLI::Range also where the range's ends are whole numbers and the option's value is not, and "nan"
+/// lies in no range.
+inline CLI::Validator between(double least, double most) {
+    char range[64];
+    std::snprintf(range, sizeof range, "%g to %g", least, most);
+    const std::string text = range;
+    return {[=](const std::string& given) {
+                char* end = nullptr;
+                const double number = std::strtod(given.c_str(), &end);
+                const bool is_inside = end != given.c_str() && *end == '\0' && number >= least && number <= most;
+                return is_inside ? std::string() : "expected a number, " + text + ", found " + given;
+            },
+            text, "between"};
+}
+
+/// A name of something: not the empty text, which a script makes of a variable that was never set.
+inline CLI::Validator named() {
+    return {[](const std::string& given) {
+                return given.empty() ? std::string("expected a name, found an empty one") : std::string();
+            },
+            "", "named"};
+}
+
+}  // namespace ldi::examples

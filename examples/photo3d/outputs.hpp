@@ -1,0 +1,152 @@
+// The files that a run reads and writes: `-` for standard input and output, names that follow from the photo's, and everything
+// that can be said against a name before the work.
+#pragma once
+
+#include "html_page.hpp"
+#include "messages.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
+#include <ldi/formats/file.hpp>
+#include <ldi/formats/file_set.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Whether a name means standard input or output.
+inline bool is_standard(const std::filesystem::path& name) { return name == "-"; }
+
+/// The extension in small letters, such as ".mp4".
+inline std::string extension_of(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    for (char& c : extension)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return extension;
+}
+
+/// A file's bytes, or what comes through standard input. Raises as read_file() does.
+inline std::vector<std::byte> read_input(const std::filesystem::path& name, std::size_t max_bytes = std::size_t{1} << 30) {
+    if (!is_standard(name)) return read_file(name, max_bytes);
+    constexpr std::size_t chunk = std::size_t{1} << 16;
+    std::vector<std::byte> bytes;
+    for (;;) {
+        const std::size_t used = bytes.size();
+        bytes.resize(used + chunk);
+        const ssize_t got = ::read(STDIN_FILENO, bytes.data() + used, chunk);
+        if (got < 0 && errno != EINTR) detail::raise_system_error(errno, "standard input", "readable input");
+        bytes.resize(used + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+        if (bytes.size() > max_bytes)
+            raise(error_code::too_large, "standard input", "at most " + std::to_string(max_bytes) + " bytes", "more");
+        if (got == 0) return bytes;
+    }
+}
+
+/// The name that messages give an input.
+inline std::string name_of_input(const std::filesystem::path& name) {
+    return is_standard(name) ? "standard input" : name.string();
+}
+
+/// All files that a run writes. They appear together at its end, or not at all.
+class output_files {
+public:
+    /// For what is to happen when a signal comes.
+    file_set& files() { return files_; }
+
+    /// Names what the run reads: files, folders of files, nothing.
+    void read_from(const std::filesystem::path& input) {
+        std::error_code ignored;
+        if (is_standard(input)) files_.protect("/dev/stdin");
+        if (std::filesystem::is_directory(input, ignored))
+            for (const auto& item : std::filesystem::directory_iterator(input, ignored)) files_.protect(item.path());
+        files_.protect(input);
+    }
+
+    /// Names a file that the run will write. Raises as file_set::claim(); invalid_option for a second `-`, and for a terminal.
+    void claim(const std::filesystem::path& output, bool is_text = false) {
+        if (!is_standard(output)) return files_.claim(output);
+        if (uses_standard_output_) raise(error_code::invalid_option, "-", "one output that goes to standard output", "two");
+        if (!is_text && isatty(STDOUT_FILENO) == 1)
+            raise(error_code::invalid_option, "-", "standard output that goes to a file or a program", "a terminal");
+        uses_standard_output_ = true;
+    }
+
+    /// Names a folder that files will go to, which may not be there yet. Raises file_access, invalid_option.
+    void claim_folder(const std::filesystem::path& folder) {
+        if (folder.empty() || is_standard(folder))
+            raise(error_code::invalid_option, "output", "the name of a folder", folder.empty() ? "an empty name" : "-");
+        std::error_code ignored;
+        std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
+        while (!std::filesystem::exists(there, ignored) && there.has_relative_path()) there = there.parent_path();
+        if (!std::filesystem::is_directory(there, ignored))
+            raise(error_code::file_access, folder.string(), "the name of a folder", there.string() + ", which is a file");
+        if (const int denied = detail::check_writable(there); denied != 0)
+            raise(error_code::file_access, folder.string(), "a writable place",
+                  there.string() + ": " + detail::system_reason(denied));
+    }
+
+    bool uses_standard_output() const { return uses_standard_output_; }
+
+    void create_folder(const std::filesystem::path& folder) { files_.create_folder(folder); }
+    std::filesystem::path reserve(const std::filesystem::path& output) { return files_.reserve(output); }
+    void write(const std::filesystem::path& output, std::span<const std::byte> bytes) {
+        if (!is_standard(output)) return files_.write(output, bytes);
+        standard_output_.assign(bytes.begin(), bytes.end());
+    }
+    void write(const std::filesystem::path& output, std::string_view text) { write(output, std::as_bytes(std::span(text))); }
+
+    /// All in their places, and on the disk. Raises file_access, unavailable.
+    void commit() {
+        for (std::span<const std::byte> rest = standard_output_; !rest.empty();) {
+            const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) detail::raise_system_error(errno, "standard output", "somebody who reads it");
+            rest = rest.subspan(static_cast<std::size_t>(written));
+        }
+        files_.commit();
+    }
+
+private:
+    file_set files_;
+    bool uses_standard_output_ = false;
+    std::vector<std::byte> standard_output_;
+};
+
+/// Refuses a name for the GLB that says that it is something else. Raises invalid_option.
+inline void check_glb_name(const std::filesystem::path& output) {
+    const std::string extension = extension_of(output);
+    if (extension == ".gltf")
+        raise(error_code::invalid_option, output.string(),
+              "a name that ends in .glb: glTF in one binary file, which is what is written",
+              ".gltf, which is text with its data beside it");
+    for (const char* other : {".html", ".htm", ".jpg", ".jpeg", ".png", ".json", ".mp4", ".webp", ".gif"})
+        if (extension == other) raise(error_code::invalid_option, output.string(), "a name that ends in .glb", extension);
+}
+
+/// Whether a file begins like one that this program wrote: its first 64 kB hold the mark.
+inline bool is_own_file(const std::filesystem::path& file, std::string_view mark) {
+    const std::vector<std::byte> bytes = read_file(file);
+    const char* const text = reinterpret_cast<const char*>(bytes.data());
+    return std::string_view(text, bytes.size()).find(mark) != std::string_view::npos;
+}
+
+/// Refuses to replace a file of somebody else's under a name that nobody asked for. Raises invalid_option, file_access.
+inline void check_own(const std::filesystem::path& output, std::string_view mark, const char* option) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(output, ignored) || is_own_file(output, mark)) return;
+    raise(error_code::invalid_option, output.string(), "no file, or one that photo3d has written",
+          std::string("another; to replace it, name it: ") + option + " " + output.string());
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,332 @@
+"""How the program photo3d behaves: what it is called with, what it says, and that it loses no file and leaves nothing behind, whatever ends it.
+
+    manners.py PHOTO3D SOURCE_DIR [KILLS]
+
+KILLS (default 24): how often it is killed at a random time.
+"""
+import base64
+import json
+import os
+import random
+import shutil
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 24
+DONE, NEVER, USAGE, TRY_AGAIN = 0, 1, 2, 75
+VIEWER = b"1<title>3D photo</title>2<!-- the photo goes here -->3"
+passed = failed = 0
+
+
+def check(name, is_good, said=""):
+    global passed, failed
+    if is_good:
+        passed += 1
+    else:
+        failed += 1
+        print(f"FAILED {name} {said}")
+
+
+def png(width, height, channels, row):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
+    rows = b"".join(b"\0" + row(y) for y in range(height))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+PHOTO = png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3)))
+DEPTH = png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60)))
+
+
+class folder_of_files:
+    """A folder with a photo, its depth map and a viewer; the program runs in it."""
+
+    def __enter__(self):
+        self.path = tempfile.mkdtemp()
+        for name, content in (("me.png", PHOTO), ("depth.png", DEPTH), ("viewer.html", VIEWER)):
+            self.write(name, content)
+        self.given = set(os.listdir(self.path))
+        return self
+
+    def __exit__(self, *_):
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def __truediv__(self, name):
+        return os.path.join(self.path, name)
+
+    def write(self, name, content=b"old"):
+        with open(self / name, "wb") as out:
+            out.write(content)
+
+    def read(self, name):
+        with open(self / name, "rb") as there:
+            return there.read()
+
+    def made(self):
+        return sorted(set(os.listdir(self.path)) - self.given)
+
+    def state(self):
+        """Everything that the folder holds."""
+        state = {}
+        for folder, folders, names in os.walk(self.path):
+            for name in folders + names:
+                path = os.path.join(folder, name)
+                content = os.readlink(path) if os.path.islink(path) else open(path, "rb").read() if os.path.isfile(path) else "folder"
+                state[os.path.relpath(path, self.path)] = content
+        return state
+
+    def command(self, *arguments):
+        return [PROGRAM, *arguments, "--depth", "depth.png", "--inpaint", "diffusion"]
+
+    def run(self, *arguments, quiet=True, **how):
+        return subprocess.run(self.command(*arguments, *(["--quiet"] if quiet else [])), cwd=self.path, capture_output=True, timeout=120, **how)
+
+
+def is_whole_glb(data):
+    return data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
+
+
+def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):
+    """made: what is there after, besides what was; None: all is as it was."""
+    before = folder.state()
+    result = folder.run(*arguments, quiet=quiet, **how)
+    said = result.stderr.decode(errors="replace")
+    check(f"{name}: exit code {result.returncode}", result.returncode == code, said)
+    check(f"{name}: its words", all(word in said for word in words), said)
+    if made is None:
+        check(f"{name}: nothing is changed", folder.state() == before)
+    else:
+        check(f"{name}: makes {folder.made()}", folder.made() == sorted(made))
+    return result
+
+
+def first_words():
+    version = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True)
+    check("the version", version.returncode == DONE and version.stdout.startswith("photo3d ") and version.stdout.count(".") == 2)
+    help_text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True).stdout
+    options = {word.rstrip(",") for word in help_text.replace(",", " ").split() if word.startswith("--") and len(word) > 2}
+    for kind, lines in (("man", (".TH PHOTO3D 1", ".SH EXIT STATUS")), ("bash", ("complete ",)), ("zsh", ("#compdef photo3d",)), ("fish", ("complete -c photo3d",))):
+        text = subprocess.run([PROGRAM, "--generate", kind], capture_output=True, text=True).stdout
+        plain = text.replace("\\-", "-").replace(" -l ", " --")
+        missing = {name for name in options - {"--generate"} if name not in plain}
+        check(f"{kind} names every option: missing {missing}", not missing and len(options) > 20 and all(line in text for line in lines))
+        check(f"{kind} names nothing of the machine that built it", SOURCE not in text and "/build/" not in text)
+        if kind != "man" and shutil.which(kind):
+            check(f"{kind} reads its completions", subprocess.run([kind, "-n"], input=text, text=True, capture_output=True).returncode == 0)
+
+
+def names():
+    with folder_of_files() as f:
+        result = expect("a photo alone", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
+        check("a photo alone: whole", is_whole_glb(f.read("me.glb")) and b"model/gltf-binary" in f.read("me.html"))
+        expect("the same again", f, ["me.png", "--viewer", "viewer.html"], DONE, made=["me.glb", "me.html"])
+        f.write("me.html", b"another's page")
+        expect("a page of somebody else's", f, ["me.png", "--viewer", "viewer.html"], USAGE, ["me.html", "--html"])
+    with folder_of_files() as f:
+        result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
+        check("no carriage return where no terminal is", b"\r" not in result.stderr + result.stdout)
+        for name, arguments, words in (
+            ("an empty name", ["me.png", "-o", ""], ["--output"]),
+            ("text glTF", ["me.png", "-o", "a.gltf"], ["a.gltf", ".glb"]),
+            ("a field of view out of range", ["me.png", "--fov", "4.5"], ["--fov", "5 to 150"]),
+            ("a field of view that is no number", ["me.png", "--fov", "nan"], ["--fov"]),
+            ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
+            ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
+            ("no photo", [], ["PHOTO"]),
+        ):
+            expect(name, f, arguments, USAGE, words)
+        expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png"])
+        expect("a folder that is not there", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
+        expect("a folder for a file", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
+        expect("a file for a folder", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
+        said = expect("control characters in a name", f, ["a\x1b[31m\nb.png", "-o", "a.glb"], NEVER, ["a\\x1B[31m\\x0Ab.png"]).stderr
+        check("one line is said", said.count(b"\n") == 1 and b"\x1b" not in said)
+        expect("half a degree", f, ["me.png", "--fov", "26.5", "-o", "a.GLB"], DONE, made=["a.GLB", "me.glb"])
+    with folder_of_files() as f:
+        through = f.run("-", "-o", "-", input=PHOTO)
+        check("from standard input to standard output", through.returncode == DONE and is_whole_glb(through.stdout) and not f.made())
+        through = f.run("-", input=PHOTO)
+        check("standard input alone", is_whole_glb(through.stdout) and not f.made())
+        with open(f / "me.png", "rb") as photo:
+            result = subprocess.run(f.command("-", "-o", "me.png"), cwd=f.path, stdin=photo, capture_output=True)
+        check("the file that standard input is", result.returncode == USAGE and f.read("me.png") == PHOTO)
+        report = f.run("me.png", "-o", "a.glb", "--report", "-")
+        check("a report to standard output", json.loads(report.stdout)["width"] == 60)
+        odd = os.fsdecode(b"d\xff.png")
+        shutil.copy(f / "depth.png", f / odd)
+        result = subprocess.run([PROGRAM, "me.png", "--depth", odd, "--quiet", "-o", "a.glb", "--report", "odd.json"], cwd=f.path, capture_output=True)
+        check("a name that is no UTF-8", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
+
+
+def key_frames():
+    good = '{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}'
+    with folder_of_files() as f:
+        for name, text, words in (
+            ("no JSON", "[" + good + ",\n\n x]", ["line 3", "letter 2"]),
+            ("no list", good, ["no list"]),
+            ("an empty list", "[]", ["empty list"]),
+            ("a number", "[3]", ["key frame 1", "a number"]),
+            ("no target", '[%s, {"time": 1, "position": [0, 0, 0]}]' % good, ["key frame 2", "target", "none"]),
+            ("two numbers", '[{"time": 0, "position": [0, 0], "target": [0, 0, -2]}]', ["position", "three numbers"]),
+            ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["time", "a text"]),
+            ("times that fall", "[%s, %s]" % (good, good), ["key frame 2", "times that rise"]),
+            ("no zoom", '[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0}]', ["zoom"]),
+            ("endless numbers", '[{"time": 0, "position": [0, 0, 1e300], "target": [0, 0, -2]}]', ["position"]),
+        ):
+            f.write("keys.json", text.encode())
+            said = expect(name, f, ["me.png", "--video", "frames", "--path", "keys.json"], NEVER, ["keys.json", *words]).stderr
+            check(f"{name}: in our words", b"json.exception" not in said and b"[json" not in said)
+
+
+def outputs_that_are_inputs():
+    with folder_of_files() as f:
+        os.symlink("me.png", f / "link.glb")
+        os.link(f / "me.png", f / "twin.glb")
+        os.symlink("absent.glb", f / "dangling.glb")
+        f.write("keys.json", b'[{"time": 0, "position": [0, 0, 0], "target": [0, 0, -2]}]')
+        for name in ("me.png", "link.glb", "twin.glb", "../" + os.path.basename(f.path) + "/me.png", "depth.png", "viewer.html"):
+            expect(f"-o {name}", f, ["me.png", "-o", name, "--viewer", "viewer.html"], USAGE, ["same file"])
+        expect("a page for the photo", f, ["me.png", "--html", "me.png", "--viewer", "viewer.html"], USAGE, ["same file"])
+        expect("a report for the depth map", f, ["me.png", "-o", "a.glb", "--report", "depth.png"], USAGE, ["same file"])
+        expect("a depth map for the depth map", f, ["me.png", "--depth-map", "depth.png"], USAGE, ["same file"])
+        expect("a report for the path", f, ["me.png", "--video", "v", "--path", "keys.json", "--report", "keys.json"], USAGE, ["same file"])
+        expect("one name twice", f, ["me.png", "-o", "a.glb", "--report", "a.glb"], USAGE, ["same file"])
+        expect("one file by two names", f, ["me.png", "-o", "dangling.glb", "--report", "absent.glb"], USAGE, ["same file"])
+        os.mkdir(f / "frames")
+        os.rename(f / "me.png", f / "frames/frame_00001.png")
+        expect("frames over the photo", f, ["frames/frame_00001.png", "--video", "frames", "--seconds", "0.2", "--fps", "5"], USAGE, ["same file"])
+
+
+def what_is_kept():
+    with folder_of_files() as f:
+        os.mkdir(f / "real")
+        f.write("real/a.glb"), f.write("b.glb"), f.write("c.glb")
+        os.symlink("real/a.glb", f / "a.glb")
+        os.link(f / "b.glb", f / "other.glb")
+        os.chmod(f / "c.glb", 0o640)
+        for name in ("a.glb", "b.glb", "c.glb"):
+            check(f"writes {name}", f.run("me.png", "-o", name).returncode == DONE)
+        check("a link is written through", os.path.islink(f / "a.glb") and is_whole_glb(f.read("real/a.glb")))
+        check("other names are kept", os.path.samefile(f / "b.glb", f / "other.glb") and is_whole_glb(f.read("other.glb")))
+        check("permissions are kept", stat.S_IMODE(os.stat(f / "c.glb").st_mode) == 0o640 and is_whole_glb(f.read("c.glb")))
+        check(f"nothing else is made: {f.made()}", f.made() == ["a.glb", "b.glb", "c.glb", "other.glb", "real"] and os.listdir(f / "real") == ["a.glb"])
+        if os.geteuid() != 0:  # whom nothing is forbidden
+            os.chmod(f / "c.glb", 0o440)
+            expect("a protected file", f, ["me.png", "-o", "c.glb"], NEVER, ["c.glb", "protected"])
+    with folder_of_files() as f:
+        # All or none: what comes last fails.
+        for name in ("a.glb", "a.html"):
+            f.write(name)
+        everything = ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--stages", "stages", "--depth-map", "map.png"]
+        expect("a full disk", f, [*everything, "--report", "/dev/full"], TRY_AGAIN, ["/dev/full"])
+        tools = f / "tools"
+        os.mkdir(tools)
+        with open(os.path.join(tools, "ffmpeg"), "w") as tool:
+            tool.write("#!/bin/sh\nhead -c 1000 >/dev/null\nexit 1\n")
+        os.chmod(os.path.join(tools, "ffmpeg"), 0o755)
+        expect("a video that fails", f, [*everything, "--video", "a.mp4", "--seconds", "0.2"], TRY_AGAIN, ["ffmpeg"], env={**os.environ, "PATH": tools + ":" + os.environ["PATH"]})
+    with folder_of_files() as f:
+        def limited_run(*command):
+            return subprocess.run(["sh", "-c", 'ulimit -v 60000; exec "$@"', "sh", *command], cwd=f.path, capture_output=True)
+
+        if limited_run(PROGRAM, "--version").returncode != DONE:
+            print("skipped running out of memory: the program itself needs more (sanitizers)")
+            return
+        limited = limited_run(*f.command("me.png", "-o", "a.glb"))
+        check(f"no memory: exit code {limited.returncode}, {limited.stderr[:200]}", limited.returncode in (TRY_AGAIN, DONE) and len(f.made()) == (1 if limited.returncode == DONE else 0))
+
+
+ALL = ("-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json", "--video", "frames", "--fps", "5", "--seconds", "1", "--depth-map", "map.png")
+
+
+def is_whole(name, content):
+    return {".glb": is_whole_glb(content), ".html": content.endswith(b"3"), ".json": content.endswith(b"}\n"), ".png": content[-8:-4] == b"IEND"}[os.path.splitext(name)[1]]
+
+
+def kills():
+    """Whenever it ends: every file is whole, old or new; by a signal that can be caught nothing is left behind, and all files are old or all new."""
+    random.seed(1)
+    names = ["a.glb", "a.html", "a.json", "map.png"]
+    with folder_of_files() as f:
+        for name in names:
+            f.write(name)
+        os.link(f / "a.json", f / "twin.json")
+        start = time.monotonic()
+        f.run("me.png", *ALL)
+        duration = time.monotonic() - start
+        shutil.rmtree(f / "frames")
+        after_signal = []
+        for i in range(KILLS):
+            for name in names:
+                f.write(name)
+            number = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL)[i % 4]
+            process = subprocess.Popen(f.command("me.png", *ALL, "--quiet"), cwd=f.path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            time.sleep(random.uniform(0, 1.2 * duration))
+            process.send_signal(number)
+            said = process.communicate()[1]
+            after_signal.append(process.returncode)
+            new = [name for name in names if f.read(name) != b"old"]
+            check(f"kill {i}: {number.name} says nothing", said == b"", said)
+            check(f"kill {i}: {number.name} ends it", process.returncode in (0, -number), str(process.returncode))
+            check(f"kill {i}: photo, depth map and viewer", (f.read("me.png"), f.read("depth.png"), f.read("viewer.html")) == (PHOTO, DEPTH, VIEWER))
+            # Writing into a file that has other names is the one case in which a kill can leave a part; its copy is beside it then.
+            kept = [name for name in os.listdir(f.path) if name.endswith(".recover")]
+            check(f"kill {i}: {number.name} leaves whole files", all(is_whole(name, f.read(name)) for name in new if not (kept and name == "a.json")))
+            if number != signal.SIGKILL:
+                check(f"kill {i}: all or none, {new}", len(new) in (0, len(names)))
+                check(f"kill {i}: frames as well", os.path.isdir(f / "frames") == bool(new))
+                check(f"kill {i}: leaves {f.made()}", set(f.made()) == {*names, "twin.json"} | ({"frames"} if new else set()))
+            else:
+                for name in kept:
+                    shutil.rmtree(f / name)
+                check(f"kill {i}: the next run", f.run("me.png", *ALL).returncode == DONE)
+                check(f"kill {i}: after the next run {f.made()}", set(f.made()) == {*names, "twin.json", "frames"})
+                check(f"kill {i}: frames after the next run", sorted(os.listdir(f / "frames")) == [f"frame_0000{k}.png" for k in range(1, 6)])
+            check(f"kill {i}: other names", os.path.samefile(f / "a.json", f / "twin.json"))
+            shutil.rmtree(f / "frames", ignore_errors=True)
+        early = sum(code != 0 for code in after_signal)
+        print(f"{KILLS} kills at random times of {duration:.2f} s: {early} before the end")
+        check("some kills come before the end", early > 0)
+
+
+def kill_with_video():
+    if not shutil.which("ffmpeg"):
+        print("skipped videos: there is no ffmpeg")
+        return
+    with folder_of_files() as f:
+        for after in (0.1, 0.3, 0.6):
+            process = subprocess.Popen(f.command("me.png", "-o", "a.glb", "--video", "a.mp4", "--seconds", "60", "--quiet"), cwd=f.path, stderr=subprocess.PIPE)
+            time.sleep(after)
+            process.terminate()
+            said = process.communicate()[1]
+            time.sleep(0.1)
+            check(f"a video that is interrupted: leaves {f.made()}, says {said}", process.returncode == -signal.SIGTERM and not f.made() and said == b"")
+
+
+def many_at_once():
+    with folder_of_files() as f:
+        processes = [subprocess.Popen(f.command("me.png", "-o", "a.glb", "--quality", str(10 + 10 * i), "--html", "a.html", "--viewer", "viewer.html", "--quiet"), cwd=f.path, stderr=subprocess.PIPE) for i in range(8)]
+        said = [process.communicate()[1] for process in processes]
+        check(f"eight at once: {[p.returncode for p in processes]} {said}", all(p.returncode == DONE for p in processes))
+        check(f"eight at once leave {f.made()}", f.made() == ["a.glb", "a.html"] and is_whole_glb(f.read("a.glb")))
+        check("eight at once: the page has the GLB beside it", base64.b64encode(f.read("a.glb")) in f.read("a.html"))
+    with folder_of_files() as f:
+        ignoring = subprocess.run(["sh", "-c", 'trap "" TERM; "$@" & sleep 0.03; kill -TERM $!; wait $!', "sh", *f.command("me.png", "-o", "a.glb")], cwd=f.path, capture_output=True)
+        check(f"a signal that is ignored from the start: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
+
+
+for part in (first_words, names, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):
+    begin = time.monotonic()
+    part()
+    print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")
+print(f"{passed} passed, {failed} failed")
+sys.exit(1 if failed else 0)
