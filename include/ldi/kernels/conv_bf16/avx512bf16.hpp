@@ -22,19 +22,16 @@ inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_bf16_store {
-    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
-        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
+        _mm512_mask_storeu_ps(to, existing, values);
     }
 
     /// As to_bfloat16() rounds.
-    [[gnu::always_inline]] static void store(const conv_panel_output<bfloat16>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
+    [[gnu::always_inline]] static void store(bfloat16* to, __mmask16 existing, __m512 values) {
         const __m512i bits = _mm512_castps_si512(values);
         const __m512i last_bit = _mm512_and_si512(_mm512_srli_epi32(bits, 16), _mm512_set1_epi32(1));
         const __m512i rounded = _mm512_add_epi32(_mm512_add_epi32(bits, _mm512_set1_epi32(0x7FFF)), last_bit);
-        _mm256_mask_storeu_epi16(out.values + pixel * out.stride + from, existing_outputs(out, from),
-                                 _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
+        _mm256_mask_storeu_epi16(to, existing, _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
     }
 };
 
@@ -65,9 +62,16 @@ struct conv_bf16_kernel {
         return pair;
     }
 
-    template <std::size_t half, class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<bfloat16>& input,
-                     std::size_t first_pixel, const conv_panel_output<Result>& out) {
+    template <class Result>
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_panel_output<Result>& out) {
+        finish_floats<conv_bf16_store>(sums, vectors, first_pixel, pixels, out);
+    }
+
+    template <std::size_t half, std::size_t... p, std::size_t... v>
+    [[gnu::noinline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                       const conv_panel_input<bfloat16>& input, std::size_t first_pixel,
+                                       conv_tile_sums& tile_sums) {
         conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
         constexpr std::size_t lanes = sizeof...(v) * conv_whole + half * conv_half;
         const std::size_t stride = input.pixel_stride, pairs = input.inputs / 2;
@@ -92,7 +96,7 @@ struct conv_bf16_kernel {
                 weights += group * lanes;
             }
         }
-        (finish_floats<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
+        (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
     }
 };
 

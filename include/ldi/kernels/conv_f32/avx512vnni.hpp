@@ -35,21 +35,19 @@ struct conv_f32_kernel {
         }
     }
 
-    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
-        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
+        _mm512_mask_storeu_ps(to, existing, values);
     }
 
-    template <std::size_t half, std::size_t... v>
-    [[gnu::always_inline]] static void finish(std::index_sequence<v...> vectors, const conv_lanes<sizeof...(v), half>& sums,
-                                              const conv_panel_output<float>& out, std::size_t pixel) {
-        finish_floats<conv_f32_kernel, half>(vectors, sums, out, pixel);
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_panel_output<float>& out) {
+        finish_floats<conv_f32_kernel>(sums, vectors, first_pixel, pixels, out);
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input, std::size_t first_pixel,
-                     const conv_panel_output<float>& out) {
-        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, out);
+    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input,
+                                       std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
 

@@ -55,30 +55,33 @@ struct conv_u8_tiles {
     }
 
     template <class Result>
-    [[gnu::always_inline]] static void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                     __m512i sums, __m512 ratio) {
-        const __mmask16 existing = existing_outputs(out, from);
-        const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(sums, _mm512_maskz_loadu_epi32(existing, out.offsets + from)));
-        const __m512 scale = _mm512_mul_ps(_mm512_maskz_loadu_ps(existing, out.scales + from), ratio);
-        const __m512 value = _mm512_fmadd_ps(exact, scale, _mm512_maskz_loadu_ps(existing, out.bias + from));
-        const __m512 zero_point = _mm512_set1_ps(out.zero_point);
-        const __m512 activated = _mm512_max_ps(_mm512_fmadd_ps(value, _mm512_set1_ps(out.negative_slope), zero_point),
-                                               _mm512_add_ps(value, zero_point));
-        store(out.values + pixel * out.stride + from, existing, activated);
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_u8_panel_output<Result>& out) {
+        const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
+        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+        for (std::size_t v = 0; v < vectors; ++v) {
+            const std::size_t from = v * conv_whole;
+            const __mmask16 existing = existing_outputs(out, from);
+            const __m512i offsets = _mm512_maskz_loadu_epi32(existing, out.offsets + from);
+            const __m512 scales = _mm512_maskz_loadu_ps(existing, out.scales + from);
+            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+            const float *sum = sums.lanes + from, *ratio = ratios;
+            Result* to = out.values + first_pixel * stride + from;
+            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+                const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
+                const __m512 value = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 activated =
+                    _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
+                store(to, existing, activated);
+            }
+        }
     }
 
-    template <std::size_t half, class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                              const conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-        (finish_vector(out, pixel, v * conv_whole, _mm512_castps_si512(sums.whole[v]), ratio), ...);
-        if constexpr (half == 1)
-            finish_vector(out, pixel, sizeof...(v) * conv_whole, _mm512_castsi256_si512(_mm256_castps_si256(sums.rest)), ratio);
-    }
-
-    template <std::size_t half, class Pixels, class Vectors, class Input, class Output>
-    static void tile(Pixels pixels, Vectors vectors, const Input& input, std::size_t first_pixel, const Output& out) {
-        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, out);
+    template <std::size_t half, class Pixels, class Vectors>
+    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<std::uint8_t>& input,
+                                       std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
 

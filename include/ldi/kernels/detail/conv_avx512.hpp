@@ -39,6 +39,23 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
+/// The sums of a tile on their way to what finishes them, whole vectors for each pixel. They stay in the first-level cache; and a
+/// tile is compiled once, not for each type of results.
+struct conv_tile_sums {
+    alignas(64) float lanes[24 * conv_whole];
+};
+
+/// The lanes of one pixel to `to`; zeros behind the half vector.
+template <std::size_t half, std::size_t... v>
+[[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                                    float* to) {
+    (_mm512_store_ps(to + v * conv_whole, sums.whole[v]), ...);
+    if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
+}
+
+/// Where there are no ratios.
+inline constexpr float conv_ratio_of_one = 1.0F;
+
 /// The outputs among 16 lanes of the panel from `from` on.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
@@ -67,28 +84,31 @@ struct conv_tile_pointers {
     }
 };
 
-/// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
-template <class Store, std::size_t half, class Output, std::size_t... v>
-[[gnu::always_inline]] inline void finish_floats(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                                 const Output& out, std::size_t pixel) {
-    const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+/// The sums of `pixels` pixels, `vectors` vectors each, times the pixel's ratio, plus the bias, activated.
+template <class Store, class Result>
+inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
+                          const conv_panel_output<Result>& out) {
     const __m512 slope = _mm512_set1_ps(out.negative_slope);
-    __m512 values{};
-    ((values = _mm512_fmadd_ps(sums.whole[v], ratio, _mm512_loadu_ps(out.bias + v * conv_whole)),
-      Store::store(out, pixel, v * conv_whole, _mm512_max_ps(_mm512_mul_ps(values, slope), values))),
-     ...);
-    if constexpr (half == 1) {
-        constexpr std::size_t from = sizeof...(v) * conv_whole;
-        const __m256 rest = _mm256_fmadd_ps(sums.rest, _mm512_castps512_ps256(ratio), _mm256_loadu_ps(out.bias + from));
-        values = _mm512_castps256_ps512(rest);
-        Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+    for (std::size_t v = 0; v < vectors; ++v) {
+        const std::size_t from = v * conv_whole;
+        const __mmask16 existing = existing_outputs(out, from);
+        const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+        const float *sum = sums.lanes + from, *ratio = ratios;
+        Result* to = out.values + first_pixel * stride + from;
+        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+            const __m512 values = _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias);
+            Store::store(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+        }
     }
 }
 
-/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs, then Kernel::finish().
-template <class Kernel, std::size_t half, class Value, class Output, std::size_t... p, std::size_t... v>
+/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs.
+template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const conv_panel_input<Value>& input, std::size_t first_pixel, const Output& out) {
+                                             const conv_panel_input<Value>& input, std::size_t first_pixel,
+                                             conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
@@ -116,14 +136,18 @@ template <class Kernel, std::size_t half, class Value, class Output, std::size_t
                 weights += group * lanes;
             }
     }
-    (Kernel::template finish<half>(vectors, sums[p], out, first_pixel + p), ...);
+    (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.
+/// Kernel::tile() and finish() for pixels first to last - 1, in as large tiles as can be.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
-    for (; first + pixels <= last; first += pixels)
-        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    static_assert(pixels * (vectors + half) <= 24);
+    for (; first + pixels <= last; first += pixels) {
+        conv_tile_sums sums;
+        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, sums);
+        Kernel::finish(sums, vectors + half, first, pixels, out);
+    }
     if constexpr (pixels > 1)
         if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
 }
