@@ -18,38 +18,27 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace {
 
-// What is allocated, to find the peak of.
+// What buffers hold, to find the peak of.
 std::size_t bytes_now = 0, bytes_peak = 0;
 
-void* counted(std::size_t bytes, std::size_t alignment) {
+void* counted_allocate(void* /*context*/, std::size_t bytes, std::size_t alignment) {
     void* const memory = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
-    if (memory == nullptr) std::abort();
-    bytes_peak = std::max(bytes_peak, bytes_now += malloc_usable_size(memory));
+    if (memory != nullptr) bytes_peak = std::max(bytes_peak, bytes_now += bytes);
     return memory;
 }
 
-void release(void* memory) {
-    if (memory != nullptr) bytes_now -= malloc_usable_size(memory);
+void counted_release(void* /*context*/, void* memory, std::size_t bytes) {
+    bytes_now -= bytes;
     std::free(memory);
 }
 
-}  // namespace
-
-void* operator new(std::size_t bytes) { return counted(bytes, alignof(std::max_align_t)); }
-void* operator new(std::size_t bytes, std::align_val_t alignment) { return counted(bytes, static_cast<std::size_t>(alignment)); }
-void operator delete(void* memory) noexcept { release(memory); }
-void operator delete(void* memory, std::size_t) noexcept { release(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
-
-namespace {
+const ldi::memory counted_memory{nullptr, counted_allocate, counted_release};
 
 using clock = std::chrono::steady_clock;
 
@@ -80,6 +69,7 @@ double median(ldi::buffer<double> values) {
 measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& layers, int runs) {
     measurement result;
     ldi::serial_executor serial;
+    const ldi::memory_scope counts(counted_memory);
     for (int run = 0; run < runs; ++run) {
         ldi::photo_layers copy = layers;
         struct timer {

@@ -80,12 +80,16 @@ inline photo decode_photo(std::span<const std::byte> bytes, const photo_options&
 
     photo result;
     result.focal_length_35mm = facts.focal_length_35mm;
+#if LDI_HAS_EXCEPTIONS
     try {
         result.color = image<std::uint8_t>(order.height, order.width, 3, unset);
     } catch (const std::bad_alloc&) {
         raise(error_code::too_large, where, "a picture that fits in memory",
               std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
     }
+#else  // a lack of memory goes to the error handler as it is
+    result.color = image<std::uint8_t>(order.height, order.width, 3, unset);
+#endif
     const bool has_alpha = stored.channels == 2 || stored.channels == 4;
     const std::size_t green = stored.channels >= 3 ? 1 : 0, blue = stored.channels >= 3 ? 2 : 0;
     std::ptrdiff_t row = order.origin;

@@ -96,9 +96,9 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 
 /// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
-template <executor Executor>
+template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
-                                Executor& threads) {
+                                Executor&& threads = {}) {
     LDI_ASSERT(!source.empty());
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
