@@ -55,9 +55,12 @@
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
+#include <ldi/depth/sharpen_edges.hpp>
 #include <ldi/depth/weighted_median.hpp>
 
+#include <ldi/occlusion/align_silhouettes.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/occlusion/discontinuity.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 #include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/grain.hpp>

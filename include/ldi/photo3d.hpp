@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
@@ -27,6 +28,7 @@
 #include <ldi/texture/atlas.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -64,6 +66,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
+/// What `alignment`, `components` and `curves` count in pixels holds where depth is as fine as the photo. Where one sample of
+/// depth covers several pixels, lengths are multiplied by its side, and sizes by its area.
 struct photo3d_options {
     /// The photo is shrunk to this long side, in pixels, if it is larger.
     std::size_t long_side = 1536;
@@ -115,9 +119,30 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
     return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
 }
 
-/// The pixels that a sample covers, in length; at least 1.
+/// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
+/// are.
 inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
-    return (std::max)(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F);
+    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+}
+
+/// Lengths in pixels, and counts, that hold where depth is as fine as the photo, for depth with larger samples.
+template <std::integral Count>
+Count scaled(Count count, float by) {
+    return static_cast<Count>(std::lround(nearest_float(count) * by));
+}
+inline alignment_options scaled(alignment_options options, float sample_size) {
+    options.uncertainty *= sample_size;
+    options.shortest_length = scaled(options.shortest_length, sample_size);
+    return options;
+}
+inline middle_component_options scaled(middle_component_options options, float sample_size) {
+    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    return options;
+}
+inline curve_options scaled(curve_options options, float sample_size) {
+    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.tangent_length = scaled(options.tangent_length, sample_size);
+    return options;
 }
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
@@ -159,22 +184,19 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
-    // A sample of the estimate covers this many pixels. What the options count in pixels holds where that is one.
     const float sample_size = detail::sample_size(result.estimated, result.photo);
-    alignment_options alignment = options.alignment;
-    alignment.uncertainty *= sample_size;
-    align_silhouettes(result.disparity, result.photo, options.surface, alignment, threads);
+    align_silhouettes(result.disparity, result.photo, options.surface, detail::scaled(options.alignment, sample_size), threads);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, options.components);
+    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
 
     progress.report("occluded geometry", 0.0F);
     photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
     lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
     lifted.range = normalized.range;
-    result.curves = find_discontinuity_curves(lifted, options.curves);
+    result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);

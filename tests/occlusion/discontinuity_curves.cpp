@@ -77,7 +77,9 @@ TEST_CASE("curves are chains that do not run through junctions") {
                 const auto [e, f] = corners_of(layers.topology, c.sides[i + 1]);
                 const auto shared = a == e || a == f ? a : b;
                 REQUIRE((shared == e || shared == f));
-                REQUIRE(degree[shared] == 2);
+                const bool pass_each_other = degree[shared] == 4;  // and then the curve keeps a pixel beside itself
+                const ldi::discontinuity &d = c.sides[i], &next = c.sides[i + 1];
+                REQUIRE((degree[shared] == 2 || (pass_each_other && d.back == next.back)));
             }
         }
     }
@@ -128,4 +130,43 @@ TEST_CASE("short curves are dropped, closed ones are marked") {
     CHECK(curves[0].sides.size() == 40);
     CHECK(curves[0].is_closed);
     CHECK(curves[0].constraints.empty());
+}
+
+TEST_CASE("a branch that ends is pruned, and the curve that it left runs on") {
+    ldi::image<float> map(40, 60, 1, 0.1F);
+    for (std::size_t y = 0; y < 40; ++y)
+        for (std::size_t x = 0; x < 60; ++x)
+            if (x >= 30) map(y, x, 0) = y < 20 ? 0.5F + 0.006F * static_cast<float>(std::max(40 - static_cast<int>(x), 0)) : 0.5F;
+    const ldi::photo_layer layers = ldi::test::lift_disparity(map);  // along y = 20 a step of 0.06, gone after two pixels
+    REQUIRE(curves_of(layers, 1).size() == 3);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
+    REQUIRE(curves.size() == 1);
+    CHECK(curves[0].sides.size() == 40);
+}
+
+TEST_CASE("where pixels of two depths meet at a corner, curves pass each other around the pixels of the back") {
+    for (const bool mirrored : {false, true}) {
+        ldi::image<float> map(40, 40, 1, 0.1F);
+        for (std::size_t y = 0; y < 40; ++y)
+            for (std::size_t x = 0; x < 40; ++x) map(y, mirrored ? 39 - x : x, 0) = (x < 20) == (y < 20) ? 0.8F : 0.1F;
+        const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+        REQUIRE(curves.size() == 2);
+        for (const ldi::discontinuity_curve& c : curves) {
+            CHECK(c.sides.size() == 40);
+            CHECK(c.constraints.empty());
+            std::set<bool> halves;
+            for (const ldi::discontinuity& d : c.sides) halves.insert(d.back / 40 < 20);
+            CHECK(halves.size() == 1);  // each keeps to its quarter of the background
+        }
+    }
+}
+
+TEST_CASE("a short piece between two junctions of long curves stays") {
+    ldi::image<float> map(60, 80, 1, 0.1F);
+    for (std::size_t y = 0; y < 60; ++y)
+        for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 36 ? 0.5F : y >= 30 ? 0.3F : 0.1F;
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    REQUIRE(curves.size() == 5);
+    CHECK(std::count_if(curves.begin(), curves.end(), [](const ldi::discontinuity_curve& c) { return c.sides.size() == 6; }) ==
+          1);
 }

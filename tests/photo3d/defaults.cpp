@@ -20,6 +20,12 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.focal_length_35mm == 26.0F);
     CHECK(o.passes_before_resampling == 2);
     CHECK(o.expand.motion == 0.08F);  // the paper grows 50 pixels, whatever the step and the camera
+    CHECK(o.sharpen.radius == 3);
+    CHECK(o.sharpen.least_change == 3.0F);
+    CHECK(o.sharpen.least_share == 0.7F);
+    CHECK(o.alignment.uncertainty == 3.0F);
+    CHECK(o.alignment.stiffness == 1.5F);
+    CHECK(o.alignment.shortest_length == 20);
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
     CHECK(o.curves.tangent_length == 20);

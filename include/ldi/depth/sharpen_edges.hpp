@@ -1,5 +1,5 @@
-// Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so many
-// samples that no two neighbors differ by much, and then nothing tells where one thing hides another.
+// Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so
+// many samples that no two neighbors differ by much, and then nothing tells where one thing hides another.
 //
 // A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
 // digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
@@ -29,7 +29,7 @@ struct sharpen_options {
     int radius = 3;
     /// Least change in disparity within the radius, in steps of the surface rule.
     float least_change = 3.0F;
-    /// Least share that this change has of the one within twice the radius. A slope has half, and two thirds near the border.
+    /// Least share that this change has of the one within twice the radius. A slope has half.
     float least_share = 0.7F;
 };
 
@@ -69,20 +69,25 @@ extremes extremes_around(const image<float>& map, std::size_t radius, Executor& 
     return result;
 }
 
-// 1 within `radius` of the samples that an edge lies within `radius` of.
+// 1 within `radius` of the samples that an edge lies within `radius` of. Networks err in their last samples, along the photo's
+// border: there, edges are those that come from farther inside.
 template <executor Executor>
 image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
-    const std::size_t radius = static_cast<std::size_t>(options.radius);
-    const extremes inner = extremes_around(map, radius, threads), outer = extremes_around(map, 2 * radius, threads);
+    const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
     image<float> zone(map.height(), map.width());
-    // Networks err in their last samples, along the photo's border. An edge that crosses the border is found before.
-    for (std::size_t y = radius; y + radius < map.height(); ++y)
-        for (std::size_t x = radius; x + radius < map.width(); ++x) {
+    if (map.height() <= 2 * margin || map.width() <= 2 * margin) return zone;
+    const extremes inner = extremes_around(map, radius, threads), outer = extremes_around(map, 2 * radius, threads);
+    for (std::size_t y = margin; y + margin < map.height(); ++y)
+        for (std::size_t x = margin; x + margin < map.width(); ++x) {
             const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
             const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
             zone(y, x) = is_edge ? 1.0F : 0.0F;
         }
-    return extremes_around(zone, radius, threads).high;
+    const image<float> wide = extremes_around(zone, radius, threads).high;
+    for (std::size_t y = 0; y < map.height(); ++y)
+        for (std::size_t x = 0; x < map.width(); ++x)
+            zone(y, x) = wide(std::clamp(y, margin, map.height() - 1 - margin), std::clamp(x, margin, map.width() - 1 - margin));
+    return zone;
 }
 
 // Smoothed by a binomial filter of 5 x 5, whose variance is 1, so that noise does not decide where an edge is.
@@ -94,11 +99,9 @@ inline image<float> smoothed(const image<float>& map) {
     };
     image<float> across(rows, columns, 1, unset), result(rows, columns, 1, unset);
     for (std::size_t y = 0; y < rows; ++y)
-        for (std::size_t x = 0; x < columns; ++x)
-            across(y, x) = filter([&](std::size_t k) { return map(y, k); }, x, columns);
+        for (std::size_t x = 0; x < columns; ++x) across(y, x) = filter([&](std::size_t k) { return map(y, k); }, x, columns);
     for (std::size_t y = 0; y < rows; ++y)
-        for (std::size_t x = 0; x < columns; ++x)
-            result(y, x) = filter([&](std::size_t k) { return across(k, x); }, y, rows);
+        for (std::size_t x = 0; x < columns; ++x) result(y, x) = filter([&](std::size_t k) { return across(k, x); }, y, rows);
     return result;
 }
 
@@ -114,7 +117,8 @@ image<float> shock(const image<float>& map, const image<float>& zone, Executor& 
                 if (zone(y, x) == 0.0F) continue;
                 const std::size_t above = y > 0 ? y - 1 : y, below = (std::min)(y + 1, rows - 1);
                 const std::size_t left = x > 0 ? x - 1 : x, right = (std::min)(x + 1, columns - 1);
-                const float curvature = smooth(above, x) + smooth(below, x) + smooth(y, left) + smooth(y, right) - 4.0F * smooth(y, x);
+                const float curvature =
+                    smooth(above, x) + smooth(below, x) + smooth(y, left) + smooth(y, right) - 4.0F * smooth(y, x);
                 const std::array<float, 5> around{map(y, x), map(above, x), map(below, x), map(y, left), map(y, right)};
                 result(y, x) = curvature < 0.0F   ? *std::max_element(around.begin(), around.end())
                                : curvature > 0.0F ? *std::min_element(around.begin(), around.end())

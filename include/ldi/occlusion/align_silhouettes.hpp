@@ -1,10 +1,10 @@
 // Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
 // background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
 //
-// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front and
-// back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and does not
-// jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004), section
-// "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
+// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
+// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
+// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -17,16 +17,19 @@
 #include <ldi/occlusion/detail/trace_curves.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
-    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves none.
+    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves
+    /// none.
     float uncertainty = 3.0F;
     /// The larger, the less a silhouette bends to follow colors.
     float stiffness = 1.5F;
@@ -86,13 +89,15 @@ public:
 
 private:
     static constexpr float impossible = 1e6F;
-    static constexpr float noise = 6.0F;            // of a camera and of JPEG, in gray levels
-    static constexpr float largest_evidence = 3.0F; // of one pixel, so that an outlier does not decide
+    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
     static constexpr float contrast_weight = 3.0F;
     static constexpr float distance_weight = 1.0F;
 
     std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
-    float& cost(std::int32_t row, std::int32_t cut) { return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)]; }
+    float& cost(std::int32_t row, std::int32_t cut) {
+        return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)];
+    }
 
     void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
         const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
@@ -110,7 +115,8 @@ private:
             cost(k, cut) = evidence + distance_cost(cut);
             if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
             if (const std::uint8_t* color = b.color(k, cut))
-                evidence += std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+                evidence +=
+                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
         }
     }
     float distance_cost(std::int32_t cut) const {
@@ -156,11 +162,16 @@ struct swept_pixel {
 };
 
 // Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
-inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side, buffer<swept_pixel>& swept) {
+inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
+                  buffer<swept_pixel>& swept) {
     const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.x < b.x; });
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    const auto first = [](float least, std::int32_t count) { return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count))); };
-    const auto end = [](float most, std::int32_t count) { return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count))); };
+    const auto first = [](float least, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count)));
+    };
+    const auto end = [](float most, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count)));
+    };
     for (std::int32_t y = first(top->y, height); y < end(bottom->y, height); ++y)
         for (std::int32_t x = first(left->x, width); x < end(right->x, width); ++x) {
             const float at_x = nearest_float(x) + 0.5F, at_y = nearest_float(y) + 0.5F;
@@ -173,54 +184,93 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
         }
 }
 
+// The pixels that a curve passes over on its way, once, or there and back and there again.
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, const corner_map& lattice) {
+    const auto moved = [&](std::int32_t k) {
+        const float distance = nearest_float(cut[k]);
+        return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
+    };
+    buffer<swept_pixel> all, result;
+    for (std::int32_t k = 0; k + 1 < curve.corners.count(); ++k)
+        sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, lattice.width(), lattice.height(), k, all);
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0, next = 0; i < all.size(); i = next) {
+        while (next < all.size() && all[next].pixel == all[i].pixel) ++next;
+        if ((next - i) % 2 == 1) result.push_back(all[i]);
+    }
+    return result;
+}
+
+// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+                         image_view<float> disparity) {
+    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
+    const std::size_t width = before.width();
+    for (const swept_pixel& s : swept) {
+        const discontinuity& d = t.sides[s.of_side];
+        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
+        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const std::size_t pixel = static_cast<std::size_t>(s.pixel);
+        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+    }
+}
+
+// The curves that may move.
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+    const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
+                       height = static_cast<std::int32_t>(disparity.height());
+    const float* at = disparity.data();
+    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+        return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
+    });
+    curves.prune_spurs(shortest_length);
+    buffer<trace> result;
+    curves.for_each_curve([&](trace t) {
+        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+    });
+    return result;
+}
+
+inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
+                            const alignment_options& options) {
+    const auto size_of = [](const auto& of) {
+        return std::to_string(of.height()) + " x " + std::to_string(of.width()) + " x " + std::to_string(of.channels());
+    };
+    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
+        photo.channels() != 3)
+        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              size_of(disparity) + " and " + size_of(photo));
+    if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
+        raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
+              std::to_string(options.uncertainty) + " and " + std::to_string(options.stiffness));
+}
+
 }  // namespace detail::curves
 
-/// disparity  H x W x 1, with steps where one thing hides another; changed in place
+/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
 /// photo      H x W x 3
 ///
-/// Raises error_code::mismatch if the images differ in size.
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
+/// or the stiffness is below 0.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {
     using namespace detail::curves;
-    const std::int32_t width = static_cast<std::int32_t>(photo.width()), height = static_cast<std::int32_t>(photo.height());
+    check_alignment(disparity, photo, options);
     const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
-    if (radius < 1) return;
-    const image<float> before{image_view<const float>(disparity.data(), disparity.height(), disparity.width(), 1, disparity.row_stride())};
-    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
-    tracer curves(width, height, before.data(), surface, [&](std::int32_t pixel, side s) {
-        return !surface.same_surface(at(pixel), at(s == side::right ? pixel + 1 : pixel + width));
-    });
-    curves.prune_spurs(options.shortest_length);
-    buffer<trace> traces;
-    curves.for_each_curve([&](trace t) {
-        if (t.sides.size() >= options.shortest_length) traces.push_back(std::move(t));
-    });
+    if (radius == 0 || photo.empty()) return;
+    const image<float> before{image_view<const float>(disparity)};
+    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
     buffer<buffer<swept_pixel>> swept(traces.size());
+    const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            const trace& t = traces[i];
-            const plane_curve curve = make_plane_curve(t, curves.corners(), (std::max)(radius / 2, 1));
-            const buffer<std::int32_t> cut = cheapest_cut(band(curve, t, photo, before, radius), t, curves.corners(), options.stiffness);
-            const auto moved = [&](std::int32_t k) {
-                const float distance = detail::nearest_float(cut[k]);
-                return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
-            };
-            for (std::int32_t k = 0; k < t.sides.count(); ++k)
-                sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, width, height, k, swept[i]);
-            std::sort(swept[i].begin(), swept[i].end());
+            const plane_curve curve = make_plane_curve(traces[i], lattice, (std::max)(radius / 2, 1));
+            const band around(curve, traces[i], photo, before, radius);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), lattice);
         }
     });
-    for (std::size_t i = 0; i < traces.size(); ++i)
-        for (std::size_t j = 0, next = 0; j < swept[i].size(); j = next) {
-            while (next < swept[i].size() && swept[i][next].pixel == swept[i][j].pixel) ++next;
-            if ((next - j) % 2 == 0) continue;  // passed over there and back
-            const discontinuity& d = traces[i].sides[swept[i][j].of_side];
-            const std::int32_t pixel = swept[i][j].pixel;
-            const bool was_front = at(pixel) > 0.5F * (at(d.front) + at(d.back));
-            const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
-            if (std::abs(at(pixel) - own) < std::abs(own - other)) disparity.row(pixel / width)[pixel % width] = other;
-        }
+    for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
 }
 
 }  // namespace ldi

@@ -21,9 +21,9 @@
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches without an end, are spurious if they have fewer pixel sides than this: nothing grows
-    /// behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter; but between two
-    /// junctions of a good silhouette that would bridge it.
+    /// Groups of curves that meet, and branches without an end, are spurious if they have fewer pixel sides than this: nothing
+    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter; but
+    /// between two junctions of a good silhouette that would bridge it.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;

@@ -30,11 +30,13 @@ struct plane_curve {
 inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
     const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
     plane_curve result;
-    for (std::int32_t corner : t.corners) result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
+    for (std::int32_t corner : t.corners)
+        result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
     const auto wrapped = [&](std::int32_t k) { return (k % period + period) % period; };
     result.smooth.resize(result.corners.size()), result.across.resize(result.corners.size());
     for (std::int32_t k = 0; k < count; ++k) {
-        const std::int32_t before = t.is_closed ? reach : (std::min)(reach, k), after = t.is_closed ? reach : (std::min)(reach, period - k);
+        const std::int32_t before = t.is_closed ? reach : (std::min)(reach, k),
+                           after = t.is_closed ? reach : (std::min)(reach, period - k);
         const std::int32_t even = (std::min)(before, after);
         point sum, front;
         for (std::int32_t i = k - even; i <= k + even; ++i) {
@@ -125,7 +127,9 @@ public:
     // Cuts of row k that leave something of both surfaces: -back to front.
     std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
     std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
-    const color_sums& sums(std::int32_t k, bool of_front) const { return of_front ? rows_[k].front_colors : rows_[k].back_colors; }
+    const color_sums& sums(std::int32_t k, bool of_front) const {
+        return of_front ? rows_[k].front_colors : rows_[k].back_colors;
+    }
     // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
     const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
         const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
@@ -154,8 +158,12 @@ private:
     void measure(std::int32_t k) {
         row& r = rows_[k];
         std::int32_t front = 0, back = 0;
-        const auto is_front = [&](std::int32_t offset) { return pixel(k, offset) != no_pixel && at(pixel(k, offset)) > r.middle; };
-        const auto is_back = [&](std::int32_t offset) { return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle; };
+        const auto is_front = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) > r.middle;
+        };
+        const auto is_back = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
+        };
         // The smooth curve may leave a pixel of the other side beside itself.
         while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
         while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;

@@ -28,6 +28,8 @@ public:
         present_[other] |= bit(opposite(towards));
     }
 
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
     const buffer<std::int32_t>& used() const { return used_; }
     std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
     std::int32_t x(std::int32_t c) const { return c % stride_; }
@@ -123,8 +125,8 @@ public:
     }
 
 private:
-    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from two of
-    // a back surface, two curves pass each other.
+    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
+    // two of a back surface, two curves pass each other.
     bool ends_curves(std::int32_t corner) const {
         const int degree = all_.degree(corner);
         return degree != 2 && !(degree == 4 && is_checkered(corner));
@@ -142,7 +144,8 @@ private:
                 if (s != from && all_.has(corner, s)) return s;
         }
         const std::array<std::int32_t, 4> around = pixels_around(corner);
-        const bool falling = disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+        const bool falling =
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
         switch (from) {
             case side::left: return falling ? side::down : side::up;
             case side::down: return falling ? side::left : side::right;

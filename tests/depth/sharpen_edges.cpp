@@ -1,0 +1,80 @@
+#include <ldi/depth/sharpen_edges.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace {
+
+// A step at x = `edge`, in samples, as a Gaussian of standard deviation `sigma` leaves it.
+ldi::image<float> washed_out_step(float low, float high, float edge, float sigma) {
+    ldi::image<float> map(20, 60);
+    for (std::size_t y = 0; y < map.height(); ++y)
+        for (std::size_t x = 0; x < map.width(); ++x) {
+            const float distance = (static_cast<float>(x) - edge) / sigma;
+            map(y, x) = low + (high - low) * 0.5F * (1.0F + std::erf(distance * 0.70710678F));
+        }
+    return map;
+}
+
+float largest_step(const ldi::image<float>& map, std::size_t y) {
+    float result = 0.0F;
+    for (std::size_t x = 0; x + 1 < map.width(); ++x) result = std::max(result, map(y, x + 1) - map(y, x));
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("a washed-out edge becomes one step, where it was steepest") {
+    for (const float sigma : {1.0F, 2.0F, 3.0F})
+        for (const float height : {0.3F, 0.5F, 0.8F})
+            for (const float edge : {24.5F, 30.5F, 33.5F}) {
+                const ldi::image<float> washed = washed_out_step(0.1F, 0.1F + height, edge, sigma),
+                                        sharp = ldi::sharpen_edges(washed);
+                CAPTURE(sigma, height, edge);
+                for (std::size_t y = 0; y < sharp.height(); ++y) {
+                    const std::size_t before = static_cast<std::size_t>(edge - 0.5F);
+                    REQUIRE(sharp(y, before + 1) - sharp(y, before) > 0.7F * height);
+                    REQUIRE(largest_step(sharp, y) == sharp(y, before + 1) - sharp(y, before));
+                }
+            }
+}
+
+TEST_CASE("slopes, and what changes less than three steps of the surface rule, stay as they are") {
+    ldi::image<float> slope(40, 50);
+    for (std::size_t y = 0; y < slope.height(); ++y)
+        for (std::size_t x = 0; x < slope.width(); ++x)
+            slope(y, x) = 0.02F * static_cast<float>(x) + 0.015F * static_cast<float>(y);
+    CHECK(ldi::sharpen_edges(slope) == slope);
+    const ldi::image<float> low = washed_out_step(0.5F, 0.64F, 30.5F, 2.0F);
+    CHECK(ldi::sharpen_edges(low) == low);
+    CHECK(ldi::sharpen_edges(low, {}, {.least_change = 1.5F}) != low);
+    CHECK(ldi::sharpen_edges(slope, {}, {.least_share = 0.3F}) != slope);
+}
+
+TEST_CASE("an edge along the border of the map is a network's error, and stays") {
+    const ldi::image<float> map = washed_out_step(0.1F, 0.9F, 57.5F, 0.7F);
+    CHECK(ldi::sharpen_edges(map) == map);
+}
+
+TEST_CASE("sharpening invents no value, and is the same on any number of threads") {
+    std::mt19937 random(3);
+    for (int round = 0; round < 20; ++round) {
+        const ldi::image<float> map = ldi::test::random_disparity(random, 1 + random() % 50, 1 + random() % 50);
+        const ldi::image<float> sharp = ldi::sharpen_edges(map);
+        for (const float v : sharp) REQUIRE(std::find(map.begin(), map.end(), v) != map.end());
+        REQUIRE(ldi::sharpen_edges(map, {}, {}, ldi::thread_pool(3)) == sharp);
+    }
+}
+
+TEST_CASE("a radius that makes no sense is refused, and 0 sharpens nothing") {
+    const ldi::image<float> map = washed_out_step(0.1F, 0.9F, 30.5F, 2.0F);
+    CHECK_THROWS_WITH(ldi::sharpen_edges(map, {}, {.radius = -1}), Catch::Contains("0 to 64") && Catch::Contains("-1"));
+    CHECK_THROWS_WITH(ldi::sharpen_edges(map, {}, {.radius = 65}), Catch::Contains("65"));
+    CHECK(ldi::sharpen_edges(map, {}, {.radius = 0}) == map);
+    CHECK(ldi::sharpen_edges(ldi::image<float>()).empty());
+}
