@@ -7,7 +7,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ldi::test::byte_string bytes(first, first + size);
     if (ldi::detail::is_png(bytes)) bytes = ldi::test::with_right_checksums(bytes);  // or no damage would reach the decoder
     try {
-        ldi::decode_photo(bytes, {.max_pixels = std::size_t{1} << 20});
+        ldi::decode_photo(bytes, {.limits = {.max_pixels = std::size_t{1}} << 20});
     } catch (const ldi::error&) {
     }
     return 0;

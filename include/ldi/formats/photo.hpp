@@ -7,6 +7,7 @@
 #include <ldi/formats/detail/exif.hpp>
 #include <ldi/formats/detail/picture_decoder.hpp>
 #include <ldi/formats/file.hpp>
+#include <ldi/formats/picture_limits.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -25,9 +26,7 @@ struct photo {
 };
 
 struct photo_options {
-    /// A larger photo is refused before it is decoded. Decoding takes about 6 bytes per pixel, 16 at worst (16-bit PNG with
-    /// alpha).
-    std::size_t max_pixels = 200'000'000;
+    picture_limits limits;
 };
 
 /// Decodes a JPEG or PNG file in memory.
@@ -73,7 +72,7 @@ inline std::uint8_t over_white(unsigned value, unsigned alpha) {
 
 inline photo decode_photo(std::span<const std::byte> bytes, const photo_options& options, const std::string& where) {
     const detail::picture_header header = detail::read_picture_header(bytes, where);
-    detail::check_pixel_count(header.width, header.height, options.max_pixels, where);
+    detail::check_limits(header, bytes.size(), options.limits, where);
     const detail::decoded_picture<std::uint8_t> stored = detail::decode_picture<std::uint8_t>(bytes, header, where);
     const detail::exif_facts facts = detail::read_exif(header.exif);
     const detail::upright_order order = detail::make_upright(facts.orientation, stored.height, stored.width);

@@ -26,6 +26,8 @@ struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;  ///< as stored, in pixels
     std::size_t bits = 8;               ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;   ///< bytes that decoding takes, at most
+    std::size_t scanned_channels = 0;   ///< how often decoding passes through the picture, counted for each channel
     std::span<const std::byte> exif;    ///< a TIFF structure; empty if there is none
 };
 
@@ -162,6 +164,7 @@ private:
         } else if (marker == 0xDA) {
             if (components_ == 0) broken("a scan before the frame header");
             const std::size_t count = body.empty() ? 0 : byte_at(body, 0);
+            header_.scanned_channels += count;
             if (body.size() != 4 + 2 * count) broken("a scan header of the wrong length");
             for (std::size_t c = 0; c < count; ++c)
                 unscanned_.erase(std::remove(unscanned_.begin(), unscanned_.end(), byte_at(body, 1 + 2 * c)), unscanned_.end());
@@ -181,6 +184,8 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
+        // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
+        header_.memory_per_pixel = components_ * (marker == 0xC2 ? 3 : 1) + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
@@ -235,6 +240,9 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
                 broken("a width or height outside PNG's range");
             header.bits = depth == 16 ? 16 : 8;
             bits_per_pixel = depth * channels;
+            // Inflated rows and the picture made of them, which a palette may give four channels; at the end 8-bit RGB.
+            const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;
+            header.memory_per_pixel = decoded + (std::max)((bits_per_pixel + 7) / 8, std::size_t{3});
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "eXIf")) {
