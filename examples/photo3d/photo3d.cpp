@@ -9,7 +9,7 @@
 #include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/formats/photo_depth.hpp>
 #include <ldi/formats/picture.hpp>
 #include <ldi/formats/tiefenrausch_file.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
@@ -33,9 +33,10 @@
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report;
+    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report, data;
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
+    bool takes_depth_of_photo = false;  // set by find_weights()
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
     int quality = 85;
@@ -58,7 +59,8 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.footer(std::string("Weights that no option names are looked for in the folder that ") +
                ldi::examples::model_folders::variable + " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights +
                " and " + inpainting_weights + ".");
-    app.add_option("PHOTO", a.photo, "JPEG or PNG")->required();
+    app.add_option("PHOTO", a.photo, "JPEG or PNG; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries")
+        ->required();
     CLI::Option_group* outputs = app.add_option_group("Output", "at least one of these");
     outputs->add_option("-o,--output", a.output, "the GLB file to write");
     CLI::Option* html = outputs->add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it");
@@ -66,7 +68,9 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option("--viewer", a.viewer, "the viewer for --html, as examples/viewer/build.sh builds it")
         ->needs(html)
         ->capture_default_str();
-    CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
+    CLI::Option* depth = app.add_option("--depth", a.depth,
+                                        "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY; none: let the network "
+                                        "estimate it, also where the photo brings depth of its own");
     app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
             {"disparity", ldi::depth_map_kind::disparity}, {"meters", ldi::depth_map_kind::meters}}))
@@ -117,8 +121,11 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
 
 /// Fills in the weights that no option names.
 void find_weights(arguments& a, const std::filesystem::path& data) {
+    a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
+    if (a.depth == "none") a.depth.clear();
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
+    a.data = data;
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
     if (!needs_depth && !needs_inpainting) return;
     const ldi::examples::model_folders folders(data);
@@ -128,7 +135,7 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
     };
     if (needs_depth) {
         a.depth_model = folders.find(depth_weights).value_or("");
-        if (a.depth_model.empty()) missing("--depth FILE, or --depth-model PATH", depth_weights);
+        if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
     }
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
@@ -136,7 +143,32 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
     }
 }
 
-ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
+/// The photo, and its own depth where it brings any and no option says otherwise.
+ldi::photo_with_depth read_photo(const arguments& a, ldi::examples::stage_clock& clock) {
+    clock.begin("reading photo");
+    if (!a.takes_depth_of_photo) return {ldi::load_photo(a.photo), {}, {}};
+    ldi::photo_with_depth input = ldi::load_photo_with_depth(a.photo);
+    if (!input.refused.empty()) std::fprintf(stderr, "\nphoto3d: not used: %s\n", input.refused.c_str());
+    if (!input.depth && a.depth_model.empty())
+        ldi::raise(ldi::error_code::invalid_option, "photo3d",
+                   std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
+                       ldi::examples::model_folders(a.data).text(),
+                   "none of these");
+    if (!input.depth) return input;
+    ldi::image<float>& map = input.depth->disparity;
+    map = ldi::fill_invalid(std::move(map), input.depth->source);
+    if (!input.depth->is_white_near_a_guess || a.depth_model.empty()) return input;
+    // Programs disagree on whether white or black is near. The network sees which.
+    ldi::thread_pool threads(a.threads);
+    const ldi::image<float> estimate = ldi::load_depth_network(a.depth_model).disparity(input.photo.color, {}, threads);
+    if (ldi::agreement(map, estimate) >= 0.0F) return input;
+    ldi::turn_round(map);
+    input.depth->source += ", black is near";
+    return input;
+}
+
+ldi::photo3d_options options_for(const arguments& a, const ldi::photo_with_depth& input) {
+    const ldi::photo& photo = input.photo;
     ldi::photo3d_options options;
     options.long_side = a.long_side;
     options.grain.strength = a.grain;
@@ -151,12 +183,16 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     }
     options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::meters;
     options.normalize.is_inverse_depth = a.depth.empty() || a.is_inverse || options.normalize.is_metric;
+    if (input.depth)
+        options.normalize.is_metric = input.depth->is_metric, options.normalize.is_inverse_depth = input.depth->is_inverse_depth;
     return options;
 }
 
 template <ldi::color_inpainter Inpainter>
-ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainter& inpainter, ldi::examples::stage_clock& clock) {
-    ldi::photo3d_options options = options_for(a, photo);
+ldi::photo3d convert(const arguments& a, const ldi::photo_with_depth& input, const Inpainter& inpainter,
+                     ldi::examples::stage_clock& clock) {
+    const ldi::photo& photo = input.photo;
+    ldi::photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     ldi::thread_pool threads(a.threads);
     if (!a.depth.empty()) {
@@ -167,16 +203,18 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         ldi::check_fits(estimator.map, photo.color, a.depth.string());
         return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
     }
+    if (input.depth)
+        return ldi::make_photo3d(photo.color, ldi::given_disparity{input.depth->disparity}, inpainter, options, threads);
     clock.begin("reading depth network");
     const ldi::tiefenrausch estimator = ldi::load_depth_network(a.depth_model);
     return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
 }
 
-ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
-    if (a.inpainting_model.empty()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
+ldi::photo3d convert(const arguments& a, const ldi::photo_with_depth& input, ldi::examples::stage_clock& clock) {
+    if (a.inpainting_model.empty()) return convert(a, input, ldi::diffusion_inpainter(), clock);
     clock.begin("reading inpainting network");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
-    return convert(a, photo, inpainter, clock);
+    return convert(a, input, inpainter, clock);
 }
 
 void run(const arguments& a) {
@@ -184,9 +222,8 @@ void run(const arguments& a) {
     std::optional<ldi::examples::viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
     if (!a.html.empty()) viewer.emplace(a.viewer);
     ldi::examples::check_video(a.video);
-    clock.begin("reading photo");
-    const ldi::photo photo = ldi::load_photo(a.photo);
-    const ldi::photo3d result = convert(a, photo, clock);
+    const ldi::photo_with_depth input = read_photo(a, clock);
+    const ldi::photo3d result = convert(a, input, clock);
 
     clock.begin("encoding");
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
@@ -197,7 +234,7 @@ void run(const arguments& a) {
     const ldi::buffer<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
-    const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),
+    const std::string depth = input.depth ? input.depth->source : (a.depth.empty() ? a.depth_model : a.depth).string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const nlohmann::ordered_json report =
         ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());

@@ -148,7 +148,8 @@ inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<c
     if (is_heif(bytes)) found = find_heif_depth(bytes, limits, where);
 #endif
     if (found)
-        return photo_depth{turn_upright(found->disparity, orientation), true, found->is_metric, false, std::move(found->source)};
+        return photo_depth{turn_upright(found->disparity, orientation), found->is_inverse_depth, found->is_metric, false,
+                           std::move(found->source)};
 #endif
     return std::nullopt;
 }

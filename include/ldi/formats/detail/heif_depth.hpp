@@ -71,9 +71,10 @@ inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> byt
     const heif_picture_handle depth(handle);
     check_heif_limits(depth.get(), bytes.size(), limits, here);
     const std::optional<depth_meaning> meaning = heif_meaning(file.primary.get(), depth.get(), id);
-    if (!meaning) raise(error_code::unsupported, here, "a range of depth or disparity", "none");
     const heif_pixels pixels = decode_heif_pixels(depth.get(), heif_colorspace_undefined, heif_chroma_undefined, here);
-    return found_depth{to_disparity(heif_gray(pixels.get(), here), *meaning, here), meaning->unit > 0,
+    image<float> values = heif_gray(pixels.get(), here);
+    if (!meaning) return found_depth{std::move(values), false, "HEIC depth without a range", false};
+    return found_depth{to_disparity(std::move(values), *meaning, here), meaning->unit > 0,
                        meaning->coding == depth_coding::disparity ? "HEIC disparity" : "HEIC depth"};
 }
 

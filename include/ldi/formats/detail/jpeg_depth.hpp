@@ -28,6 +28,7 @@ struct found_depth {
     image<float> disparity;  ///< as stored, not turned
     bool is_metric = false;
     std::string source;
+    bool is_inverse_depth = true;  ///< else only the order of distances is known
 };
 
 /// Range and unit in the words of GDepth and Dynamic Depth. Raises unsupported, invalid_data.
