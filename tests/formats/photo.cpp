@@ -167,17 +167,11 @@ TEST_CASE("files of other formats are refused by name") {
                    Catch::Contains("picture.jpg") && Catch::Contains(name));
     };
     refused("GIF89a??????", "a GIF file");
-    refused("RIFF????WEBPVP8 ", "a WebP file");
     refused(std::string_view("\0\0\0\x18"
-                             "ftypheic????",
+                             "ftypqt  ????",
                              16),
-            "a HEIC file");
-    refused(std::string_view("\0\0\0\x18"
-                             "ftypavif????",
-                             16),
-            "an AVIF file");
+            "a video file");
     refused("BM??????????", "a BMP file");
-    refused(std::string_view("II*\0????????", 12), "a TIFF");
     refused("hello, world", "12 bytes of an unknown format");
     CHECK(raised([] { decode_photo({}); }) == error_code::invalid_data);
     CHECK_THAT(message_of([] { decode_photo({}); }), Catch::Contains("an empty file"));

@@ -41,12 +41,14 @@ inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo,
     }
 }
 
-/// The first channel, from 0 to 1.
+/// The brightness, from 0 to 1.
 inline image<float> heif_gray(const heif_image* pixels, const std::string& where) {
     int stride = 0;
-    const std::uint8_t* const from = heif_image_get_plane_readonly(pixels, heif_channel_Y, &stride);
-    const int width = heif_image_get_width(pixels, heif_channel_Y), height = heif_image_get_height(pixels, heif_channel_Y),
-              bits = heif_image_get_bits_per_pixel_range(pixels, heif_channel_Y);
+    // Gray that was coded as RGB has no brightness of its own.
+    const heif_channel channel = heif_image_has_channel(pixels, heif_channel_Y) ? heif_channel_Y : heif_channel_G;
+    const std::uint8_t* const from = heif_image_get_plane_readonly(pixels, channel, &stride);
+    const int width = heif_image_get_width(pixels, channel), height = heif_image_get_height(pixels, channel),
+              bits = heif_image_get_bits_per_pixel_range(pixels, channel);
     if (from == nullptr || width < 1 || height < 1 || bits < 1 || bits > 16)
         raise(error_code::invalid_data, where, "a gray picture", "none");
     image<float> values(static_cast<std::size_t>(height), static_cast<std::size_t>(width), 1, unset);
