@@ -18,6 +18,7 @@
 #include <lcms2.h>
 #endif
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 #include <string>
