@@ -114,8 +114,9 @@ inline color_profile heif_profile(const heif_image_handle* handle) {
         profile.icc.clear();
     }
     heif_color_profile_nclx* stated = nullptr;
-    if (heif_image_handle_get_nclx_color_profile(handle, &stated).code != heif_error_Ok) return profile;
+    const heif_error said = heif_image_handle_get_nclx_color_profile(handle, &stated);
     const std::unique_ptr<heif_color_profile_nclx, heif_deleter> owner(stated);
+    if (said.code != heif_error_Ok || !owner) return profile;
     const bool is_high_dynamic_range = stated->transfer_characteristics == heif_transfer_characteristic_ITU_R_BT_2100_0_PQ ||
                                        stated->transfer_characteristics == heif_transfer_characteristic_ITU_R_BT_2100_0_HLG;
     if (!is_high_dynamic_range) profile.primaries = static_cast<unsigned>(stated->color_primaries);
