@@ -158,10 +158,11 @@ ldi::photo_with_depth read_photo(const arguments& a, ldi::examples::stage_clock&
     ldi::image<float>& map = input.depth->disparity;
     map = ldi::fill_invalid(std::move(map), input.depth->source);
     if (!input.depth->is_white_near_a_guess || a.depth_model.empty()) return input;
-    // Programs disagree on whether white or black is near. The network sees which.
+    // Programs disagree on whether white or black is near. The network sees which; where it sees little, it is white, as is
+    // usual.
     ldi::thread_pool threads(a.threads);
     const ldi::image<float> estimate = ldi::load_depth_network(a.depth_model).disparity(input.photo.color, {}, threads);
-    if (ldi::agreement(map, estimate) >= 0.0F) return input;
+    if (ldi::agreement(map, estimate) > -0.2F) return input;
     ldi::turn_round(map);
     input.depth->source += ", black is near";
     return input;
