@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION::detail::inline LDI_READERS {

@@ -16,7 +16,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
@@ -25,14 +24,14 @@ enum class picture_format { jpeg, png };
 /// The facts of a complete JPEG or PNG file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;         ///< as stored, in pixels
-    std::size_t bits = 8;                      ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;          ///< bytes that decoding takes, at most
-    std::size_t scanned_channels = 0;          ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;           ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;  ///< PNG's iCCP; empty if there is none
-    std::vector<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    std::size_t end = 0;                                 ///< behind the picture: phones append others to a JPEG file
+    std::size_t width = 0, height = 0;              ///< as stored, in pixels
+    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< bytes that decoding takes, at most
+    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
+    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }

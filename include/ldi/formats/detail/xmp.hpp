@@ -2,7 +2,7 @@
 // element, under whatever prefix; both come out as namespace, name and text.
 #pragma once
 
-#include <ldi/core/image.hpp>
+#include <ldi/formats/detail/picture_format.hpp>
 
 #include <pugixml.hpp>
 
