@@ -15,7 +15,8 @@ install(EXPORT ldiTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
 if(LDI_BUILD_IO)
     install(TARGETS ldi_io EXPORT ldiIoTargets)
     install(EXPORT ldiIoTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
-    install(FILES cmake/Findstb.cmake cmake/Findlibexif.cmake cmake/Findprotozero.cmake DESTINATION "${package_dir}")
+    install(FILES cmake/Findstb.cmake cmake/Findlibexif.cmake cmake/Findprotozero.cmake cmake/FindLdiReaders.cmake
+        DESTINATION "${package_dir}")
 endif()
 
 configure_package_config_file(cmake/ldiConfig.cmake.in "${PROJECT_BINARY_DIR}/ldiConfig.cmake"

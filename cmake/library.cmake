@@ -15,10 +15,11 @@ if(LDI_BUILD_IO)
     find_package(PNG REQUIRED)
     find_package(libexif REQUIRED)
     find_package(protozero REQUIRED)
+    find_package(LdiReaders REQUIRED)
 
     add_library(ldi_io INTERFACE)
     add_library(ldi::io ALIAS ldi_io)
     set_target_properties(ldi_io PROPERTIES EXPORT_NAME io)
     target_link_libraries(ldi_io INTERFACE
-        ldi::ldi stb::stb PNG::PNG libexif::libexif protozero::protozero)
+        ldi::ldi stb::stb PNG::PNG libexif::libexif protozero::protozero ldi_readers::all)
 endif()

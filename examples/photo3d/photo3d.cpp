@@ -14,7 +14,7 @@
 #include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/formats/glb.hpp>
-#include <ldi/formats/photo.hpp>
+#include <ldi/formats/photo_depth.hpp>
 #include <ldi/formats/picture.hpp>
 #include <ldi/formats/tiefenrausch_file.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
@@ -38,9 +38,10 @@
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report;
+    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report, data;
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
+    bool takes_depth_of_photo = false;  // set by find_weights()
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
     int quality = 85;
@@ -66,7 +67,10 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
                " and " + inpainting_weights + ".");
     const CLI::Validator named = ldi::examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
-    app.add_option("PHOTO", a.photo, "JPEG or PNG; - for standard input")->required()->check(named);
+    app.add_option("PHOTO", a.photo,
+                   "JPEG or PNG; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries; - for standard input")
+        ->required()
+        ->check(named);
     app.add_option(
            "-o,--output", a.output,
            "the GLB file to write, - for standard output; default, where no output is named: PHOTO.glb and, if the viewer "
@@ -76,7 +80,9 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option("--viewer", a.viewer, "the viewer for pages, as examples/viewer/build.sh builds it")
         ->check(named)
         ->capture_default_str();
-    CLI::Option* depth = app.add_option("--depth", a.depth, "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY");
+    CLI::Option* depth = app.add_option("--depth", a.depth,
+                                        "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY; none: let the network "
+                                        "estimate it, also where the photo brings depth of its own");
     depth->check(named);
     app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
         ->transform(CLI::CheckedTransformer(std::map<std::string, ldi::depth_map_kind>{
@@ -132,8 +138,11 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
 
 /// Fills in the weights that no option names.
 void find_weights(arguments& a, const std::filesystem::path& data) {
+    a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
+    if (a.depth == "none") a.depth.clear();
     const bool needs_depth = a.depth.empty() && a.depth_model.empty();
     const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
+    a.data = data;
     if (a.inpaint == "diffusion") a.inpainting_model.clear();
     if (!needs_depth && !needs_inpainting) return;
     const ldi::examples::model_folders folders(data);
@@ -143,7 +152,7 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
     };
     if (needs_depth) {
         a.depth_model = folders.find(depth_weights).value_or("");
-        if (a.depth_model.empty()) missing("--depth FILE, or --depth-model PATH", depth_weights);
+        if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
     }
     if (needs_inpainting) {
         a.inpainting_model = folders.find(inpainting_weights).value_or("");
@@ -151,7 +160,36 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
     }
 }
 
-ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
+/// The photo, and its own depth where it brings any and no option says otherwise.
+ldi::photo_with_depth read_photo(const arguments& a, ldi::examples::stage_clock& clock) {
+    clock.begin("reading photo");
+    const std::string name = ldi::examples::name_of_input(a.photo);
+    if (!a.takes_depth_of_photo) return {ldi::decode_photo(ldi::examples::read_input(a.photo), {}, name), {}, {}};
+    ldi::photo_with_depth input = ldi::examples::is_standard(a.photo)
+                                      ? ldi::decode_photo_with_depth(ldi::examples::read_input(a.photo), {}, name)
+                                      : ldi::load_photo_with_depth(a.photo);
+    if (!input.refused.empty()) ldi::examples::say("not used: " + input.refused);
+    if (!input.depth && a.depth_model.empty())
+        ldi::raise(ldi::error_code::invalid_option, "photo3d",
+                   std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
+                       ldi::examples::model_folders(a.data).text(),
+                   "none of these");
+    if (!input.depth) return input;
+    ldi::image<float>& map = input.depth->disparity;
+    map = ldi::fill_invalid(std::move(map), input.depth->source);
+    if (!input.depth->is_white_near_a_guess || a.depth_model.empty()) return input;
+    // Programs disagree on whether white or black is near. The network sees which; where it sees little, it is white, as is
+    // usual.
+    ldi::thread_pool threads(a.threads);
+    const ldi::image<float> estimate = ldi::load_depth_network(a.depth_model).disparity(input.photo.color, {}, threads);
+    if (ldi::agreement(map, estimate) > -0.2F) return input;
+    ldi::turn_round(map);
+    input.depth->source += ", black is near";
+    return input;
+}
+
+ldi::photo3d_options options_for(const arguments& a, const ldi::photo_with_depth& input) {
+    const ldi::photo& photo = input.photo;
     ldi::photo3d_options options;
     options.long_side = a.long_side;
     options.grain.strength = a.grain;
@@ -166,12 +204,16 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     }
     options.normalize.is_metric = a.depth_map.kind == ldi::depth_map_kind::meters;
     options.normalize.is_inverse_depth = a.depth.empty() || a.is_inverse || options.normalize.is_metric;
+    if (input.depth)
+        options.normalize.is_metric = input.depth->is_metric, options.normalize.is_inverse_depth = input.depth->is_inverse_depth;
     return options;
 }
 
 template <ldi::color_inpainter Inpainter>
-ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainter& inpainter, ldi::examples::stage_clock& clock) {
-    ldi::photo3d_options options = options_for(a, photo);
+ldi::photo3d convert(const arguments& a, const ldi::photo_with_depth& input, const Inpainter& inpainter,
+                     ldi::examples::stage_clock& clock) {
+    const ldi::photo& photo = input.photo;
+    ldi::photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     ldi::thread_pool threads(a.threads);
     if (!a.depth.empty()) {
@@ -184,16 +226,18 @@ ldi::photo3d convert(const arguments& a, const ldi::photo& photo, const Inpainte
         ldi::check_fits(estimator.map, photo.color, depth_name);
         return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
     }
+    if (input.depth)
+        return ldi::make_photo3d(photo.color, ldi::given_disparity{input.depth->disparity}, inpainter, options, threads);
     clock.begin("reading depth network");
     const ldi::tiefenrausch estimator = ldi::load_depth_network(a.depth_model);
     return ldi::make_photo3d(photo.color, estimator, inpainter, options, threads);
 }
 
-ldi::photo3d convert(const arguments& a, const ldi::photo& photo, ldi::examples::stage_clock& clock) {
-    if (a.inpainting_model.empty()) return convert(a, photo, ldi::diffusion_inpainter(), clock);
+ldi::photo3d convert(const arguments& a, const ldi::photo_with_depth& input, ldi::examples::stage_clock& clock) {
+    if (a.inpainting_model.empty()) return convert(a, input, ldi::diffusion_inpainter(), clock);
     clock.begin("reading inpainting network");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
-    return convert(a, photo, inpainter, clock);
+    return convert(a, input, inpainter, clock);
 }
 
 /// Names the outputs that follow from the photo's name where none is given.
@@ -221,6 +265,7 @@ void check_files(const arguments& a, ldi::examples::output_files& files) {
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
     for (const std::filesystem::path& input : {a.photo, a.depth, a.depth_model, a.inpainting_model, a.viewer})
         files.read_from(input);
+    if (a.takes_depth_of_photo) files.read_from(ldi::depth_map_beside(a.photo));
     if (ldi::examples::camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
     if (!a.output.empty()) {
         files.claim(a.output);
@@ -248,9 +293,8 @@ void run(arguments& a, ldi::examples::output_files& files) {
     ldi::examples::stage_clock clock(a.quiet);
     std::optional<ldi::examples::viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
     if (!a.html.empty()) viewer.emplace(a.viewer);
-    clock.begin("reading photo");
-    const ldi::photo photo = ldi::decode_photo(ldi::examples::read_input(a.photo), {}, ldi::examples::name_of_input(a.photo));
-    const ldi::photo3d result = convert(a, photo, clock);
+    const ldi::photo_with_depth input = read_photo(a, clock);
+    const ldi::photo3d result = convert(a, input, clock);
 
     clock.begin("encoding");
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
@@ -261,7 +305,8 @@ void run(arguments& a, ldi::examples::output_files& files) {
     const ldi::buffer<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
     clock.finish();
 
-    const std::string depth = ldi::examples::name_of_input(a.depth.empty() ? a.depth_model : a.depth),
+    const std::string depth = input.depth ? input.depth->source
+                                          : ldi::examples::name_of_input(a.depth.empty() ? a.depth_model : a.depth),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const nlohmann::ordered_json report =
         ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());

@@ -189,13 +189,25 @@ TEST_CASE("values that float32 does not hold are holes") {
     CHECK(map(0, 1, 0) == 3);
 }
 
+TEST_CASE("values at both ends of float32's range stay finite, whichever of them is near") {
+    image<float> map(1, 3);
+    map(0, 0, 0) = -3e38F, map(0, 1, 0) = 0, map(0, 2, 0) = 3e38F;
+    for (bool white_is_near : {true, false}) {
+        const image<float> disparity = decode_depth_map(npy_file(map), {.white_is_near = white_is_near});
+        for (float v : disparity) REQUIRE(std::isfinite(v));
+        CHECK((disparity(0, 0, 0) < disparity(0, 1, 0)) == white_is_near);
+        CHECK((disparity(0, 1, 0) < disparity(0, 2, 0)) == white_is_near);
+    }
+}
+
 TEST_CASE("a scale that is not positive, and a map larger than allowed, are refused") {
     const byte_string file = npy_file(image<float>(3, 4, 1, 1.0F));
     for (float scale : {0.0F, -1.0F, nan_value, infinity})
         CHECK(raised([&] { decode_depth_map(file, {.scale = scale}); }) == error_code::invalid_option);
-    CHECK(decode_depth_map(file, {.max_pixels = 12}).size() == 12);
-    CHECK(raised([&] { decode_depth_map(file, {.max_pixels = 11}); }) == error_code::too_large);
-    CHECK(raised([&] { decode_depth_map(encode_png(smooth_picture(3, 4, 1)), {.max_pixels = 11}); }) == error_code::too_large);
+    CHECK(decode_depth_map(file, {.limits = {.max_pixels = 12}}).size() == 12);
+    CHECK(raised([&] { decode_depth_map(file, {.limits = {.max_pixels = 11}}); }) == error_code::too_large);
+    CHECK(raised([&] { decode_depth_map(encode_png(smooth_picture(3, 4, 1)), {.limits = {.max_pixels = 11}}); }) ==
+          error_code::too_large);
     CHECK(raised([&] { decode_depth_map(bytes_of("Pf 2000000000 2000000000 -1\n")); }) == error_code::too_large);
 }
 
@@ -256,7 +268,7 @@ TEST_CASE("thousands of damaged depth maps give a finite map or an error") {
             byte_string file = damaged_copy(original, random);
             if (file.size() > 8 && file[1] == std::byte{'P'}) file = with_right_checksums(file);
             depth_map_options options;
-            options.max_pixels = 1 << 20;
+            options.limits.max_pixels = 1 << 20;
             options.kind = i % 2 == 0 ? depth_map_kind::disparity : depth_map_kind::meters;
             const std::optional<error_code> code = raised([&] {
                 for (float v : fill_invalid(decode_depth_map(file, options))) REQUIRE(std::isfinite(v));

@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (ldi::detail::is_png(bytes)) bytes = ldi::test::with_right_checksums(bytes);  // or no damage would reach the decoder
     try {
         ldi::depth_map_options options;
-        options.max_pixels = std::size_t{1} << 20;
+        options.limits.max_pixels = std::size_t{1} << 20;
         options.kind = size % 2 == 0 ? ldi::depth_map_kind::disparity : ldi::depth_map_kind::meters;
         options.white_is_near = size % 4 < 2;
         const ldi::image<float> map = ldi::fill_invalid(ldi::decode_depth_map(bytes, options));

@@ -1,13 +1,21 @@
-// libFuzzer: any bytes are a photo or an error. Built by clang++ -fsanitize=fuzzer,address,undefined.
-#include <ldi/formats/photo.hpp>
+// libFuzzer: any bytes are a photo, with depth inside or without, or an error. Built by clang++
+// -fsanitize=fuzzer,address,undefined.
+#include <ldi/formats/photo_depth.hpp>
 #include <tests/formats/support.hpp>
+
+#include <cmath>
+#include <cstdlib>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::test::byte_string bytes(first, first + size);
     if (ldi::detail::is_png(bytes)) bytes = ldi::test::with_right_checksums(bytes);  // or no damage would reach the decoder
     try {
-        ldi::decode_photo(bytes, {.max_pixels = std::size_t{1} << 20});
+        const ldi::photo_with_depth found =
+            ldi::decode_photo_with_depth(bytes, {.limits = {.max_pixels = std::size_t{1} << 20, .max_scanned_samples = 1 << 24}});
+        if (!found.depth) return 0;
+        for (const float v : found.depth->disparity)
+            if (std::isinf(v) || (found.depth->is_inverse_depth && v <= 0)) std::abort();
     } catch (const ldi::error&) {
     }
     return 0;

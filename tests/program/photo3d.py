@@ -8,6 +8,7 @@ import base64
 import json
 import os
 import re
+import resource
 import shutil
 import struct
 import subprocess
@@ -92,7 +93,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         sample = open(SAMPLE, "rb").read()
         small = file(folder, "small.png", png(60, 80))
-        small_depth = file(folder, "small_depth.png", png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60))))
+        small_depth = file(folder, "step.png", png(60, 80, 1, lambda y: bytes(40 if x < 30 else 200 for x in range(60))))
         depth = ["--depth", small_depth]
 
         run("a photo and its depth map", [small, *depth])
@@ -110,9 +111,22 @@ def main():
         run("no photo", [os.path.join(folder, "none.jpg"), *depth], ["none.jpg", "expected", "found"])
         run("an empty photo", [file(folder, "empty.jpg", b""), *depth], ["empty.jpg", "expected", "found"])
         run("a photo cut off", [file(folder, "cut.jpg", sample[: len(sample) // 2]), *depth], ["cut.jpg", "expected", "found"])
+        large, little_memory = file(folder, "large.png", png(9000, 9000, 1)), lambda: resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
+        said = subprocess.run([PROGRAM, large, *depth, "-o", os.path.join(folder, "out.glb")], capture_output=True, text=True, preexec_fn=little_memory)
+        check(f"short memory: {said.returncode}, {said.stderr}", said.returncode == 1 and "memory" in said.stderr)
         run("an animation", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["a.gif", "GIF"])
         run("a text file", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
         run("a photo alone", [small])
+        with_companion, models = shutil.copy(small, os.path.join(folder, "pair.png")), {"LDI_MODELS": os.path.join(SOURCE, "examples/models")}
+        companion = shutil.copy(small_depth, os.path.join(folder, "pair_depth.png"))
+        check_report("a depth map beside the photo", [with_companion], {"depth": companion})
+        network = os.path.join(models["LDI_MODELS"], MODELS["depth"])
+        check_report("the network in spite of a depth map beside", [with_companion, "--depth", "none"], {"depth": network}, models)
+        check_report("a network that is named goes before a depth map beside", [with_companion, "--depth-model", network], {"depth": network})
+        run("no source of depth", [small], ["--depth FILE", "tiefenrausch_small.safetensors"], program=shutil.copy(PROGRAM, folder))
+        file(folder, "odd_depth.png", png(30, 30, 1))
+        said = subprocess.run([PROGRAM, shutil.copy(small, os.path.join(folder, "odd.png")), "-o", os.path.join(folder, "odd.glb")], capture_output=True, text=True, env=models)
+        check(f"a depth map beside that does not fit: {said.stderr}", said.returncode == 0 and "odd_depth.png" in said.stderr and "proportions" in said.stderr)
         run("a depth map of another shape", [small, "--depth", file(folder, "wide.npy", npy(80, 60, 1.0))], ["wide.npy", "proportions"])
         run("a depth map that is nowhere valid", [small, "--depth", file(folder, "nan.npy", npy(60, 80, float("nan")))], ["nan.npy", "valid"])
         run("a depth map cut off", [small, "--depth", file(folder, "cut.npy", npy(60, 80, 1.0)[:5000])], ["cut.npy", "expected", "found"])

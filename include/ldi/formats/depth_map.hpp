@@ -9,6 +9,7 @@
 #include <ldi/formats/detail/float_map.hpp>
 #include <ldi/formats/detail/picture_decoder.hpp>
 #include <ldi/formats/file.hpp>
+#include <ldi/formats/picture_limits.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +34,7 @@ struct depth_map_options {
     bool white_is_near = true;  ///< false: disparity whose smallest values are nearest (Lens Blur companions). Not for meters.
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
     float scale = 1;            ///< multiplies every stored value; 0.001 for meters stored as millimeters. Positive.
-    std::size_t max_pixels = 200'000'000;  ///< a larger map is refused before it is decoded
+    picture_limits limits = {.max_pixels = 64'000'000};
 };
 
 /// Decodes a depth map in memory: gray PNG (a value is 0 to 255, or 0 to 65,535 in 16-bit files), gray JPEG, PFM, or NPY of
@@ -91,14 +92,15 @@ image<float> decode_gray(std::span<const std::byte> bytes, const picture_header&
     return result;
 }
 
-inline image<float> decode_stored_depth(std::span<const std::byte> bytes, std::size_t max_pixels, const std::string& where) {
-    if (is_pfm(bytes)) return decode_pfm(bytes, max_pixels, where);
-    if (is_npy(bytes)) return decode_npy(bytes, max_pixels, where);
+inline image<float> decode_stored_depth(std::span<const std::byte> bytes, const picture_limits& limits,
+                                        const std::string& where) {
+    if (is_pfm(bytes)) return decode_pfm(bytes, limits.max_pixels, where);
+    if (is_npy(bytes)) return decode_npy(bytes, limits.max_pixels, where);
     if (!is_jpeg(bytes) && !is_png(bytes))
         raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a gray PNG, JPEG, PFM or NPY file",
               describe_format(bytes));
     const picture_header header = read_picture_header(bytes, where);
-    check_pixel_count(header.width, header.height, max_pixels, where);
+    check_limits(header, bytes.size(), limits, where);
     return header.bits == 16 ? decode_gray<std::uint16_t>(bytes, header, where) : decode_gray<std::uint8_t>(bytes, header, where);
 }
 
@@ -108,20 +110,23 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
                                      const std::string& where) {
     if (!(options.scale > 0) || !std::isfinite(options.scale))
         raise(error_code::invalid_option, "depth map scale", "a positive number", std::to_string(options.scale));
-    image<float> result = detail::decode_stored_depth(bytes, options.max_pixels, where);
+    image<float> result = detail::decode_stored_depth(bytes, options.limits, where);
     const std::span<float> values(result.data(), result.size());
     constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
-    float largest = -std::numeric_limits<float>::infinity();
+    float largest = -std::numeric_limits<float>::infinity(), smallest = -largest;
     const bool is_meters = options.kind == depth_map_kind::meters;
     for (float& v : values) {
         if (options.invalid_zero && v == 0) v = invalid;
         v *= options.scale;
         if (is_meters) v = v > 0 && std::isfinite(v) ? 1 / v : invalid;
         if (!std::isfinite(v)) v = invalid;
-        largest = (std::max)(largest, v);  // keeps `largest` where v is NaN
+        largest = (std::max)(largest, v), smallest = (std::min)(smallest, v);  // keep what they are where v is NaN
     }
-    if (options.kind == depth_map_kind::disparity && !options.white_is_near)
-        for (float& v : values) v = largest - v;
+    if (options.kind == depth_map_kind::disparity && !options.white_is_near) {
+        // The difference of two floats may exceed their range; that of their halves never does.
+        const float factor = std::isfinite(largest - smallest) ? 1.0F : 0.5F;
+        for (float& v : values) v = factor * largest - factor * v;
+    }
     return result;
 }
 

@@ -24,9 +24,14 @@ enum class picture_format { jpeg, png };
 /// The facts of a complete JPEG or PNG file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;  ///< as stored, in pixels
-    std::size_t bits = 8;               ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::span<const std::byte> exif;    ///< a TIFF structure; empty if there is none
+    std::size_t width = 0, height = 0;              ///< as stored, in pixels
+    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< bytes that decoding takes, at most
+    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
+    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
@@ -45,7 +50,24 @@ inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::strin
 }
 
 inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
+inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
+
+inline bool is_tiff(std::span<const std::byte> bytes) {
+    using namespace std::string_view_literals;
+    return has_text(bytes, 0, "II*\0"sv) || has_text(bytes, 0, "MM\0*"sv) || has_text(bytes, 0, "II+\0"sv) ||
+           has_text(bytes, 0, "MM\0+"sv);
+}
+
+/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+inline bool is_heif(std::span<const std::byte> bytes) {
+    if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
+    const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
+    for (std::size_t at = 8; at + 4 <= end; at += at == 8 ? 8 : 4)
+        for (const char* brand : {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1", "avif", "avis"})
+            if (has_text(bytes, at, brand)) return true;
+    return false;
+}
 
 /// A name for what the first bytes say, as error messages need it: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
@@ -119,6 +141,7 @@ public:
             if (at + 1 >= bytes_.size()) broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
             const unsigned marker = byte_at(bytes_, at + 1);
             at += 2;
+            header_.end = at;
             if (marker == 0xD9) break;
             if (at + 2 > bytes_.size()) broken("a segment that is cut off");
             const std::size_t length = big_endian_16(bytes_, at);
@@ -162,6 +185,7 @@ private:
         } else if (marker == 0xDA) {
             if (components_ == 0) broken("a scan before the frame header");
             const std::size_t count = body.empty() ? 0 : byte_at(body, 0);
+            header_.scanned_channels += count;
             if (body.size() != 4 + 2 * count) broken("a scan header of the wrong length");
             for (std::size_t c = 0; c < count; ++c)
                 unscanned_.erase(std::remove(unscanned_.begin(), unscanned_.end(), byte_at(body, 1 + 2 * c)), unscanned_.end());
@@ -169,6 +193,8 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
+        } else if (marker == 0xE1 || marker == 0xE2) {
+            header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;
         }
@@ -181,6 +207,8 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
+        // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
+        header_.memory_per_pixel = components_ * (marker == 0xC2 ? 3 : 1) + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
@@ -235,10 +263,15 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
                 broken("a width or height outside PNG's range");
             header.bits = depth == 16 ? 16 : 8;
             bits_per_pixel = depth * channels;
+            // Inflated rows and the picture made of them, which a palette may give four channels; at the end 8-bit RGB.
+            const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;
+            header.memory_per_pixel = decoded + (std::max)((bits_per_pixel + 7) / 8, std::size_t{3});
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "eXIf")) {
             header.exif = body;
+        } else if (has_text(type, 0, "iCCP")) {
+            header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
             ended = true;
         }

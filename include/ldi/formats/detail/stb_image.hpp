@@ -62,10 +62,30 @@
 #define STBI_NO_LINEAR
 // Zeroed memory: what a damaged file leaves undecoded is then the same every time, and never somebody else's data.
 #define STBI_MALLOC(size) calloc(1, size)
-#define STBI_REALLOC(pointer, size) realloc(pointer, size)
+#define STBI_REALLOC(pointer, size) grow(pointer, size)
 #define STBI_FREE(pointer) free(pointer)
 
 namespace ldi::inline LDI_CONFIGURATION::detail::stb {
+
+// The decoder inflates all of what a PNG file holds, whatever size its header states. It asks for that memory here.
+inline thread_local size_t largest_growth = SIZE_MAX;
+inline thread_local bool is_growth_exceeded = false;
+
+inline void* grow(void* pointer, size_t size) {
+    is_growth_exceeded = is_growth_exceeded || size > largest_growth;
+    return size > largest_growth ? nullptr : realloc(pointer, size);
+}
+
+/// In its scope no memory of the decoder grows beyond `bytes`.
+class growth_limit {
+public:
+    explicit growth_limit(size_t bytes) { largest_growth = bytes, is_growth_exceeded = false; }
+    growth_limit(const growth_limit&) = delete;
+    growth_limit& operator=(const growth_limit&) = delete;
+    ~growth_limit() { largest_growth = SIZE_MAX; }
+    bool was_exceeded() const { return is_growth_exceeded; }
+};
+
 #include <stb/stb_image.h>
 }
 

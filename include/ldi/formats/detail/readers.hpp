@@ -1,0 +1,38 @@
+// Names what ldi::io was configured with. Each of these libraries is optional, and CMake defines a macro for each that it found:
+// LDI_WITH_LIBHEIF (HEIC, AVIF), LDI_WITH_LIBWEBP, LDI_WITH_LIBTIFF, LDI_WITH_LCMS2 (color profiles), LDI_WITH_PUGIXML (XMP, in
+// which phones describe the depth inside their photos).
+//
+// Functions that differ with them lie in an inline namespace with this name, so that the linker never takes one for another.
+#pragma once
+
+#include <ldi/base/config.hpp>
+
+#if defined(LDI_WITH_LIBHEIF)
+#define LDI_HEIF_PART _heif
+#else
+#define LDI_HEIF_PART
+#endif
+#if defined(LDI_WITH_LIBWEBP)
+#define LDI_WEBP_PART _webp
+#else
+#define LDI_WEBP_PART
+#endif
+#if defined(LDI_WITH_LIBTIFF)
+#define LDI_TIFF_PART _tiff
+#else
+#define LDI_TIFF_PART
+#endif
+#if defined(LDI_WITH_LCMS2)
+#define LDI_PROFILE_PART _profiles
+#else
+#define LDI_PROFILE_PART
+#endif
+#if defined(LDI_WITH_PUGIXML)
+#define LDI_XMP_PART _xmp
+#else
+#define LDI_XMP_PART
+#endif
+
+#define LDI_JOIN_READERS(a, b, c, d, e) readers##a##b##c##d##e
+#define LDI_JOIN_READER_VALUES(a, b, c, d, e) LDI_JOIN_READERS(a, b, c, d, e)
+#define LDI_READERS LDI_JOIN_READER_VALUES(LDI_HEIF_PART, LDI_WEBP_PART, LDI_TIFF_PART, LDI_PROFILE_PART, LDI_XMP_PART)

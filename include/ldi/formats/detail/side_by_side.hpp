@@ -1,0 +1,50 @@
+// Photos that have their depth map beside them in one PNG file, as programs for displays with depth write them: color on the
+// left, gray on the right, white near.
+#pragma once
+
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/image.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Whether the right half is a gray picture of its own beside a colored one: not a single colored pixel, at least 16 shades, and
+/// not the left half without its colors.
+inline bool is_side_by_side(const image<std::uint8_t>& color) {
+    constexpr double least_share_of_colored = 0.01, most_correlation = 0.95;
+    const std::size_t half = color.width() / 2;
+    if (color.width() % 2 != 0 || half == 0) return false;
+    std::array<bool, 256> shades{};
+    double colored = 0, a_sum = 0, b_sum = 0, aa = 0, bb = 0, ab = 0;
+    for (std::size_t y = 0; y < color.height(); ++y)
+        for (std::size_t x = 0; x < half; ++x) {
+            const std::uint8_t *const left = color.row(y) + 3 * x, *const right = left + 3 * half;
+            if (right[0] != right[1] || right[0] != right[2]) return false;
+            shades[right[0]] = true;
+            const auto [low, high] = std::minmax({left[0], left[1], left[2]});
+            if (high - low > 8) ++colored;
+            const double a = left[0] + left[1] + left[2], b = right[0];
+            a_sum += a, b_sum += b, aa += a * a, bb += b * b, ab += a * b;
+        }
+    const double count = nearest_double(half) * nearest_double(color.height());
+    const double spread = std::sqrt((std::max)((aa - a_sum * a_sum / count) * (bb - b_sum * b_sum / count), 0.0));
+    return colored > least_share_of_colored * count && std::count(shades.begin(), shades.end(), true) >= 16 &&
+           std::abs(ab - a_sum * b_sum / count) < most_correlation * spread;
+}
+
+/// The columns from `begin`, `width` of them; of the given channels the first ones.
+template <class Scalar>
+image<Scalar> take_columns(const image<std::uint8_t>& color, std::size_t begin, std::size_t width, std::size_t channels) {
+    image<Scalar> part(color.height(), width, channels, unset);
+    for (std::size_t y = 0; y < color.height(); ++y)
+        for (std::size_t x = 0; x < width; ++x)
+            for (std::size_t c = 0; c < channels; ++c) part(y, x, c) = color(y, begin + x, c);
+    return part;
+}
+
+}  // namespace ldi::detail

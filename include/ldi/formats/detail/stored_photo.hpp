@@ -1,0 +1,42 @@
+// A photo between its decoder and decode_photo(): the samples as they are stored, and what is needed to show them as they are
+// meant.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/picture_decoder.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// The colors that samples stand for. Without either member they are sRGB.
+struct color_profile {
+    std::vector<std::byte> icc;
+    unsigned primaries = 0;  ///< as ITU-T H.273 numbers them (9 BT.2020, 12 Display P3), with sRGB's curve; 0 if not stated
+};
+
+struct stored_photo {
+    decoded_picture<std::uint8_t> picture;
+    unsigned orientation = 1;                ///< as EXIF numbers them
+    std::optional<float> focal_length_35mm;  ///< in millimeters
+    color_profile profile;
+};
+
+/// Memory for a picture. Raises too_large.
+inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::size_t width, std::size_t channels,
+                                                      const std::string& where) {
+    decoded_picture<std::uint8_t> picture;
+    picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
+    if (!picture.samples)
+        raise(error_code::too_large, where, "a picture that fits in memory",
+              std::to_string(width) + " x " + std::to_string(height) + " pixels");
+    picture.height = height, picture.width = width, picture.channels = channels;
+    return picture;
+}
+
+}  // namespace ldi::detail

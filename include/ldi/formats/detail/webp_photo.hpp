@@ -1,0 +1,61 @@
+// WebP files, through libwebp.
+#pragma once
+
+#include <ldi/formats/detail/exif.hpp>
+#include <ldi/formats/detail/stored_photo.hpp>
+
+#include <webp/decode.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// The body of a chunk of a RIFF file; empty if it has none of that name. Sizes are little-endian and padded to even ones.
+inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
+    for (std::size_t at = 12; at + 8 <= bytes.size();) {
+        std::size_t size = 0;
+        for (std::size_t i = 4; i-- > 0;) size = size << 8 | byte_at(bytes, at + 4 + i);
+        if (size > bytes.size() - at - 8) break;
+        if (has_text(bytes, at, name)) return bytes.subspan(at + 8, size);
+        at += 8 + size + size % 2;
+    }
+    return {};
+}
+
+/// Raises unsupported (an animation), invalid_data, too_large.
+inline stored_photo decode_webp(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where) {
+    const std::uint8_t* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    const auto broken = [&](const char* found) { raise(error_code::invalid_data, where, "an undamaged WebP file", found); };
+    WebPBitstreamFeatures features;
+    const VP8StatusCode status = WebPGetFeatures(data, bytes.size(), &features);
+    if (status != VP8_STATUS_OK) broken("a bad header");
+    if (features.has_animation) raise(error_code::unsupported, where, "a WebP file of one picture", "an animation");
+    picture_header header;
+    header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
+    header.memory_per_pixel = 11;  // samples as stored (4, and for lossless files 4 more), then as decoded (3)
+    check_limits(header, bytes.size(), limits, where);
+
+    stored_photo photo;
+    const std::size_t channels = features.has_alpha ? 4 : 3;
+    photo.picture = allocate_picture(header.height, header.width, channels, where);
+    const std::size_t stride = header.width * channels, size = stride * header.height;
+    const auto decode = features.has_alpha ? WebPDecodeRGBAInto : WebPDecodeRGBInto;
+    if (decode(data, bytes.size(), photo.picture.samples.get(), size, static_cast<int>(stride)) == nullptr)
+        broken("a picture that is cut off or damaged");
+
+    std::span<const std::byte> exif = riff_chunk(bytes, "EXIF");
+    if (has_text(exif, 0, std::string_view("Exif\0\0", 6))) exif = exif.subspan(6);
+    const exif_facts facts = read_exif(exif);
+    photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
+    const std::span<const std::byte> icc = riff_chunk(bytes, "ICCP");
+    photo.profile.icc.assign(icc.begin(), icc.end());
+    return photo;
+}
+
+}  // namespace ldi::detail
