@@ -21,8 +21,8 @@ RESULT = ROOT / "single_include" / UMBRELLA
 
 # What ldi.hpp leaves out on purpose: what needs files or the libraries of others, and the forward declarations.
 LEFT_OUT = re.compile(
-    r"ldi/(adapt/.*|fwd\.hpp|ldi\.hpp|formats/(.*_file|caffe2|depth_map|file|photo|picture|published_network)\.hpp"
-    r"|formats/detail/(caffe2_message|caffe2_operator|exif|float_map|picture_decoder|stb_image|stb_image_write)\.hpp)"
+    r"ldi/(adapt/.*|fwd\.hpp|ldi\.hpp|formats/(.*_file|caffe2|depth_map|file|file_set|photo|photo_depth|picture|picture_limits|published_network)"
+    r"\.hpp|formats/detail/(?!(checksums|decimal|json|json_reader)\.hpp).*)"
 )
 
 INCLUDE_LINE = re.compile(r"\s*#\s*include\s*<([^>]+)>")

@@ -134,6 +134,7 @@ enum class error_code {
     file_access,     ///< the operating system refused to open, read, write or rename
     canceled,        ///< the caller's progress_listener asked to stop
     out_of_memory,   ///< the caller's memory had no more; only without exceptions, else std::bad_alloc says so
+    unavailable,     ///< the operating system could not now (a full disk, too many open files): the same may succeed later
 };
 
 /// The name of a code as it stands in messages, such as "invalid data".
@@ -147,6 +148,7 @@ constexpr std::string_view to_string(error_code code) {
         case error_code::file_access: return "file access";
         case error_code::canceled: return "canceled";
         case error_code::out_of_memory: return "out of memory";
+        case error_code::unavailable: return "unavailable for now";
     }
     return "unknown error";
 }
@@ -3250,9 +3252,9 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
 
 /// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
 /// borders.
-template <executor Executor>
+template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
-                                Executor& threads) {
+                                Executor&& threads = {}) {
     LDI_ASSERT(!source.empty());
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
@@ -3436,6 +3438,23 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
+/// The sums of a tile on their way to what finishes them, whole vectors for each pixel. They stay in the first-level cache; and a
+/// tile is compiled once, not for each type of results.
+struct conv_tile_sums {
+    alignas(64) float lanes[24 * conv_whole];
+};
+
+/// The lanes of one pixel to `to`; zeros behind the half vector.
+template <std::size_t half, std::size_t... v>
+[[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
+                                                    float* to) {
+    (_mm512_store_ps(to + v * conv_whole, sums.whole[v]), ...);
+    if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
+}
+
+/// Where there are no ratios.
+inline constexpr float conv_ratio_of_one = 1.0F;
+
 /// The outputs among 16 lanes of the panel from `from` on.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
@@ -3464,28 +3483,31 @@ struct conv_tile_pointers {
     }
 };
 
-/// The sums times the pixel's ratio, plus the bias, activated, to `store(out, pixel, from, values)`.
-template <class Store, std::size_t half, class Output, std::size_t... v>
-[[gnu::always_inline]] inline void finish_floats(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                                 const Output& out, std::size_t pixel) {
-    const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+/// The sums of `pixels` pixels, `vectors` vectors each, times the pixel's ratio, plus the bias, activated.
+template <class Store, class Result>
+inline void finish_floats(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel, std::size_t pixels,
+                          const conv_panel_output<Result>& out) {
     const __m512 slope = _mm512_set1_ps(out.negative_slope);
-    __m512 values{};
-    ((values = _mm512_fmadd_ps(sums.whole[v], ratio, _mm512_loadu_ps(out.bias + v * conv_whole)),
-      Store::store(out, pixel, v * conv_whole, _mm512_max_ps(_mm512_mul_ps(values, slope), values))),
-     ...);
-    if constexpr (half == 1) {
-        constexpr std::size_t from = sizeof...(v) * conv_whole;
-        const __m256 rest = _mm256_fmadd_ps(sums.rest, _mm512_castps512_ps256(ratio), _mm256_loadu_ps(out.bias + from));
-        values = _mm512_castps256_ps512(rest);
-        Store::store(out, pixel, from, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+    const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+    const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+    for (std::size_t v = 0; v < vectors; ++v) {
+        const std::size_t from = v * conv_whole;
+        const __mmask16 existing = existing_outputs(out, from);
+        const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+        const float *sum = sums.lanes + from, *ratio = ratios;
+        Result* to = out.values + first_pixel * stride + from;
+        for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+            const __m512 values = _mm512_fmadd_ps(_mm512_load_ps(sum), _mm512_set1_ps(*ratio), bias);
+            Store::store(to, existing, _mm512_max_ps(_mm512_mul_ps(values, slope), values));
+        }
     }
 }
 
-/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs, then Kernel::finish().
-template <class Kernel, std::size_t half, class Value, class Output, std::size_t... p, std::size_t... v>
+/// One tile: sums[p] gets Kernel::multiply_add() for each group of inputs.
+template <class Kernel, std::size_t half, class Value, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void conv_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                             const conv_panel_input<Value>& input, std::size_t first_pixel, const Output& out) {
+                                             const conv_panel_input<Value>& input, std::size_t first_pixel,
+                                             conv_tile_sums& tile_sums) {
     constexpr std::size_t group = Kernel::group, lanes = sizeof...(v) * conv_whole + half * conv_half;
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
@@ -3513,14 +3535,18 @@ template <class Kernel, std::size_t half, class Value, class Output, std::size_t
                 weights += group * lanes;
             }
     }
-    (Kernel::template finish<half>(vectors, sums[p], out, first_pixel + p), ...);
+    (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() for pixels first to last - 1, in as large tiles as can be.
+/// Kernel::tile() and finish() for pixels first to last - 1, in as large tiles as can be.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
-    for (; first + pixels <= last; first += pixels)
-        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    static_assert(pixels * (vectors + half) <= 24);
+    for (; first + pixels <= last; first += pixels) {
+        conv_tile_sums sums;
+        Kernel::template tile<half>(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, sums);
+        Kernel::finish(sums, vectors + half, first, pixels, out);
+    }
     if constexpr (pixels > 1)
         if (first < last) conv_panel<Kernel, (pixels > 8 ? 8 : pixels / 2), vectors, half>(input, first, last, out);
 }
@@ -3565,19 +3591,16 @@ inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_bf16_store {
-    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
-        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
+        _mm512_mask_storeu_ps(to, existing, values);
     }
 
     /// As to_bfloat16() rounds.
-    [[gnu::always_inline]] static void store(const conv_panel_output<bfloat16>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
+    [[gnu::always_inline]] static void store(bfloat16* to, __mmask16 existing, __m512 values) {
         const __m512i bits = _mm512_castps_si512(values);
         const __m512i last_bit = _mm512_and_si512(_mm512_srli_epi32(bits, 16), _mm512_set1_epi32(1));
         const __m512i rounded = _mm512_add_epi32(_mm512_add_epi32(bits, _mm512_set1_epi32(0x7FFF)), last_bit);
-        _mm256_mask_storeu_epi16(out.values + pixel * out.stride + from, existing_outputs(out, from),
-                                 _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
+        _mm256_mask_storeu_epi16(to, existing, _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
     }
 };
 
@@ -3608,9 +3631,16 @@ struct conv_bf16_kernel {
         return pair;
     }
 
-    template <std::size_t half, class Result, std::size_t... p, std::size_t... v>
-    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<bfloat16>& input,
-                     std::size_t first_pixel, const conv_panel_output<Result>& out) {
+    template <class Result>
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_panel_output<Result>& out) {
+        finish_floats<conv_bf16_store>(sums, vectors, first_pixel, pixels, out);
+    }
+
+    template <std::size_t half, std::size_t... p, std::size_t... v>
+    [[gnu::noinline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                       const conv_panel_input<bfloat16>& input, std::size_t first_pixel,
+                                       conv_tile_sums& tile_sums) {
         conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
         constexpr std::size_t lanes = sizeof...(v) * conv_whole + half * conv_half;
         const std::size_t stride = input.pixel_stride, pairs = input.inputs / 2;
@@ -3635,7 +3665,7 @@ struct conv_bf16_kernel {
                 weights += group * lanes;
             }
         }
-        (finish_floats<conv_bf16_store, half>(vectors, sums[p], out, first_pixel + p), ...);
+        (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
     }
 };
 
@@ -3936,21 +3966,19 @@ struct conv_f32_kernel {
         }
     }
 
-    [[gnu::always_inline]] static void store(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                             __m512 values) {
-        _mm512_mask_storeu_ps(out.values + pixel * out.stride + from, existing_outputs(out, from), values);
+    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
+        _mm512_mask_storeu_ps(to, existing, values);
     }
 
-    template <std::size_t half, std::size_t... v>
-    [[gnu::always_inline]] static void finish(std::index_sequence<v...> vectors, const conv_lanes<sizeof...(v), half>& sums,
-                                              const conv_panel_output<float>& out, std::size_t pixel) {
-        finish_floats<conv_f32_kernel, half>(vectors, sums, out, pixel);
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_panel_output<float>& out) {
+        finish_floats<conv_f32_kernel>(sums, vectors, first_pixel, pixels, out);
     }
 
     template <std::size_t half, class Pixels, class Vectors>
-    static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input, std::size_t first_pixel,
-                     const conv_panel_output<float>& out) {
-        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, out);
+    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<float>& input,
+                                       std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_f32_kernel, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
 
@@ -4534,30 +4562,33 @@ struct conv_u8_tiles {
     }
 
     template <class Result>
-    [[gnu::always_inline]] static void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                     __m512i sums, __m512 ratio) {
-        const __mmask16 existing = existing_outputs(out, from);
-        const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(sums, _mm512_maskz_loadu_epi32(existing, out.offsets + from)));
-        const __m512 scale = _mm512_mul_ps(_mm512_maskz_loadu_ps(existing, out.scales + from), ratio);
-        const __m512 value = _mm512_fmadd_ps(exact, scale, _mm512_maskz_loadu_ps(existing, out.bias + from));
-        const __m512 zero_point = _mm512_set1_ps(out.zero_point);
-        const __m512 activated = _mm512_max_ps(_mm512_fmadd_ps(value, _mm512_set1_ps(out.negative_slope), zero_point),
-                                               _mm512_add_ps(value, zero_point));
-        store(out.values + pixel * out.stride + from, existing, activated);
+    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
+                                         std::size_t pixels, const conv_u8_panel_output<Result>& out) {
+        const __m512 slope = _mm512_set1_ps(out.negative_slope), zero_point = _mm512_set1_ps(out.zero_point);
+        const float* const ratios = out.ratios == nullptr ? &conv_ratio_of_one : out.ratios + first_pixel;
+        const std::size_t stride = out.stride, ratio_stride = out.ratios == nullptr ? 0 : 1;
+        for (std::size_t v = 0; v < vectors; ++v) {
+            const std::size_t from = v * conv_whole;
+            const __mmask16 existing = existing_outputs(out, from);
+            const __m512i offsets = _mm512_maskz_loadu_epi32(existing, out.offsets + from);
+            const __m512 scales = _mm512_maskz_loadu_ps(existing, out.scales + from);
+            const __m512 bias = _mm512_maskz_loadu_ps(existing, out.bias + from);
+            const float *sum = sums.lanes + from, *ratio = ratios;
+            Result* to = out.values + first_pixel * stride + from;
+            for (std::size_t p = 0; p < pixels; ++p, sum += vectors * conv_whole, ratio += ratio_stride, to += stride) {
+                const __m512 exact = _mm512_cvtepi32_ps(_mm512_add_epi32(_mm512_load_si512(sum), offsets));
+                const __m512 value = _mm512_fmadd_ps(exact, _mm512_mul_ps(scales, _mm512_set1_ps(*ratio)), bias);
+                const __m512 activated =
+                    _mm512_max_ps(_mm512_fmadd_ps(value, slope, zero_point), _mm512_add_ps(value, zero_point));
+                store(to, existing, activated);
+            }
+        }
     }
 
-    template <std::size_t half, class Result, std::size_t... v>
-    [[gnu::always_inline]] static void finish(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
-                                              const conv_u8_panel_output<Result>& out, std::size_t pixel) {
-        const __m512 ratio = _mm512_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-        (finish_vector(out, pixel, v * conv_whole, _mm512_castps_si512(sums.whole[v]), ratio), ...);
-        if constexpr (half == 1)
-            finish_vector(out, pixel, sizeof...(v) * conv_whole, _mm512_castsi256_si512(_mm256_castps_si256(sums.rest)), ratio);
-    }
-
-    template <std::size_t half, class Pixels, class Vectors, class Input, class Output>
-    static void tile(Pixels pixels, Vectors vectors, const Input& input, std::size_t first_pixel, const Output& out) {
-        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, out);
+    template <std::size_t half, class Pixels, class Vectors>
+    [[gnu::noinline]] static void tile(Pixels pixels, Vectors vectors, const conv_panel_input<std::uint8_t>& input,
+                                       std::size_t first_pixel, conv_tile_sums& sums) {
+        conv_tile<conv_u8_tiles, half>(pixels, vectors, input, first_pixel, sums);
     }
 };
 
@@ -10916,6 +10947,19 @@ struct image_components {
     }
 };
 
+// Where the pixels of a row that are linked from `first` on end.
+inline std::int32_t end_of_run(const float* row, std::int32_t first, std::int32_t columns, surface_rule surface) {
+    constexpr std::int32_t step = 16;  // together, as most of them are linked: compilers make vectors of that
+    std::int32_t end = first + 1;
+    for (; end + step <= columns; end += step) {
+        std::int32_t linked = 0;
+        for (std::int32_t i = end; i < end + step; ++i) linked += surface.same_surface(row[i - 1], row[i]) ? 1 : 0;
+        if (linked < step) break;
+    }
+    while (end < columns && surface.same_surface(row[end - 1], row[end])) ++end;
+    return end;
+}
+
 inline image_components find_components(image_view<const float> disparity, surface_rule surface) {
     const std::int32_t rows = static_cast<std::int32_t>(disparity.height()),
                        columns = static_cast<std::int32_t>(disparity.width());
@@ -10927,12 +10971,11 @@ inline image_components find_components(image_view<const float> disparity, surfa
         const float* here = disparity.row(y);
         const std::int32_t first = found.runs.count();
         found.row_start.push_back(first);
-        for (std::int32_t x = 0, start = 0; x < columns; ++x)
-            if (x + 1 == columns || !surface.same_surface(here[x], here[x + 1])) {
-                found.runs.push_back({y * columns + start, y * columns + x + 1});
-                sets.add();
-                start = x + 1;
-            }
+        for (std::int32_t start = 0, end; start < columns; start = end) {
+            end = end_of_run(here, start, columns, surface);
+            found.runs.push_back({y * columns + start, y * columns + end});
+            sets.add();
+        }
         // Runs of two rows that overlap are connected if any pair of pixels in the overlap is.
         for (std::int32_t above = above_first, run = first; above < above_last && run < found.runs.count();) {
             const pixel_run &a = found.runs[above], &b = found.runs[run];
@@ -11371,6 +11414,141 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 
 }  // namespace ldi
 
+// ---- ldi/depth/sharpen_edges.hpp
+// Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so
+// many samples that no two neighbors differ by much, and then nothing tells where one thing hides another.
+//
+// A shock filter in its morphological form (Kramer and Bruckner, "Iterations of a non-linear transformation for enhancement of
+// digital images", 1975; Osher and Rudin, "Feature-oriented image enhancement using shock filters", 1990): what curves downwards
+// takes the largest value around it, what curves upwards the smallest, until both meet where the edge was steepest. It works only
+// where disparity changes much within a few samples and little beyond them; slopes stay as they are.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The defaults were chosen by trial, on true depth blurred as networks do.
+struct sharpen_options {
+    /// An edge is washed out over at most this many samples to either side. 0 sharpens nothing.
+    int radius = 3;
+    /// Least change in disparity within the radius, in steps of the surface rule.
+    float least_change = 3.0F;
+    /// Least share that this change has of the one within twice the radius. A slope has half.
+    float least_share = 0.7F;
+};
+
+namespace detail::sharpen {
+
+// The least and the largest value within `radius` rows and columns of every sample.
+struct extremes {
+    image<float> low, high;
+};
+
+template <executor Executor>
+extremes extremes_around(const image<float>& map, std::size_t radius, Executor& threads) {
+    const std::size_t rows = map.height(), columns = map.width();
+    extremes across{image<float>(rows, columns, 1, unset), image<float>(rows, columns, 1, unset)};
+    extremes result{image<float>(rows, columns, 1, unset), image<float>(rows, columns, 1, unset)};
+    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t y = first; y < last; ++y)
+            for (std::size_t x = 0; x < columns; ++x) {
+                const float* from = map.row(y);
+                const std::size_t begin = x < radius ? 0 : x - radius, end = (std::min)(x + radius + 1, columns);
+                across.low(y, x) = *std::min_element(from + begin, from + end);
+                across.high(y, x) = *std::max_element(from + begin, from + end);
+            }
+    });
+    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t y = first; y < last; ++y) {
+            const std::size_t begin = y < radius ? 0 : y - radius, end = (std::min)(y + radius + 1, rows);
+            float *low = result.low.row(y), *high = result.high.row(y);
+            std::copy_n(across.low.row(begin), columns, low), std::copy_n(across.high.row(begin), columns, high);
+            for (std::size_t v = begin + 1; v < end; ++v)
+                for (std::size_t x = 0; x < columns; ++x) {
+                    low[x] = (std::min)(low[x], across.low(v, x));
+                    high[x] = (std::max)(high[x], across.high(v, x));
+                }
+        }
+    });
+    return result;
+}
+
+// 1 within `radius` of the samples that an edge lies within `radius` of. Networks err in their last samples, along the photo's
+// border: there, edges are those that come from farther inside.
+template <executor Executor>
+image<float> edge_zone(const image<float>& map, surface_rule surface, const sharpen_options& options, Executor& threads) {
+    const std::size_t radius = static_cast<std::size_t>(options.radius), margin = 2 * radius;
+    image<float> zone(map.height(), map.width());
+    if (map.height() <= 2 * margin || map.width() <= 2 * margin) return zone;
+    const extremes inner = extremes_around(map, radius, threads), outer = extremes_around(map, 2 * radius, threads);
+    for (std::size_t y = margin; y + margin < map.height(); ++y)
+        for (std::size_t x = margin; x + margin < map.width(); ++x) {
+            const float change = inner.high(y, x) - inner.low(y, x), beyond = outer.high(y, x) - outer.low(y, x);
+            const bool is_edge = change > options.least_change * surface.largest_step && change > options.least_share * beyond;
+            zone(y, x) = is_edge ? 1.0F : 0.0F;
+        }
+    const image<float> wide = extremes_around(zone, radius, threads).high;
+    for (std::size_t y = 0; y < map.height(); ++y)
+        for (std::size_t x = 0; x < map.width(); ++x)
+            zone(y, x) = wide(std::clamp(y, margin, map.height() - 1 - margin), std::clamp(x, margin, map.width() - 1 - margin));
+    return zone;
+}
+
+// Smoothed by a binomial filter of 5 x 5, whose variance is 1, so that noise does not decide where an edge is.
+inline image<float> smoothed(const image<float>& map) {
+    const std::size_t rows = map.height(), columns = map.width();
+    const auto filter = [](auto&& at, std::size_t i, std::size_t count) {
+        const auto clamped = [&](std::size_t k) { return at((std::min)((std::max)(k, std::size_t{2}) - 2, count - 1)); };
+        return (clamped(i) + clamped(i + 4) + 4.0F * (clamped(i + 1) + clamped(i + 3)) + 6.0F * clamped(i + 2)) * (1.0F / 16.0F);
+    };
+    image<float> across(rows, columns, 1, unset), result(rows, columns, 1, unset);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) across(y, x) = filter([&](std::size_t k) { return map(y, k); }, x, columns);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) result(y, x) = filter([&](std::size_t k) { return across(k, x); }, y, rows);
+    return result;
+}
+
+// One step: every sample of the zone takes the largest or the smallest of the five around it.
+template <executor Executor>
+image<float> shock(const image<float>& map, const image<float>& zone, Executor& threads) {
+    const std::size_t rows = map.height(), columns = map.width();
+    const image<float> smooth = smoothed(smoothed(map));
+    image<float> result = map;
+    parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
+        for (std::size_t y = first; y < last; ++y)
+            for (std::size_t x = 0; x < columns; ++x) {
+                if (zone(y, x) == 0.0F) continue;
+                const std::size_t above = y > 0 ? y - 1 : y, below = (std::min)(y + 1, rows - 1);
+                const std::size_t left = x > 0 ? x - 1 : x, right = (std::min)(x + 1, columns - 1);
+                const float curvature =
+                    smooth(above, x) + smooth(below, x) + smooth(y, left) + smooth(y, right) - 4.0F * smooth(y, x);
+                const std::array<float, 5> around{map(y, x), map(above, x), map(below, x), map(y, left), map(y, right)};
+                result(y, x) = curvature < 0.0F   ? *std::max_element(around.begin(), around.end())
+                               : curvature > 0.0F ? *std::min_element(around.begin(), around.end())
+                                                  : around[0];
+            }
+    });
+    return result;
+}
+
+}  // namespace detail::sharpen
+
+/// disparity  h x w x 1, finite, as it comes from a network or a phone
+///
+/// h x w x 1. Raises error_code::invalid_option if the radius is below 0 or above 64.
+template <executor Executor = const serial_executor>
+image<float> sharpen_edges(image_view<const float> disparity, surface_rule surface = {}, const sharpen_options& options = {},
+                           Executor&& threads = {}) {
+    if (options.radius < 0 || options.radius > 64)
+        raise(error_code::invalid_option, "sharpen_options::radius", "0 to 64", std::to_string(options.radius));
+    image<float> map(disparity);
+    if (options.radius == 0 || map.empty()) return map;
+    const image<float> zone = detail::sharpen::edge_zone(map, surface, options, threads);
+    for (int pass = 0; pass < 2 * options.radius; ++pass) map = detail::sharpen::shock(map, zone, threads);
+    return map;
+}
+
+}  // namespace ldi
+
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
 // samples around a pixel, sorted by value, the one whose sums of preceding and of following weights are closest to being equal.
@@ -11630,6 +11808,637 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
 
 }  // namespace ldi
 
+// ---- ldi/occlusion/discontinuity.hpp
+// Where depth jumps: a side that two pixels share, one far and one near.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// One side of a pixel with a discontinuity.
+struct discontinuity {
+    std::int32_t back;   ///< the pixel on the far side
+    std::int32_t front;  ///< the pixel on the near side
+    side towards_front;  ///< the side of `back` that `front` lies on
+};
+
+}  // namespace ldi
+
+// ---- ldi/occlusion/detail/trace_curves.hpp
+// Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
+
+namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+
+// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
+class corner_map {
+public:
+    corner_map(std::int32_t width, std::int32_t height) : stride_(width + 1), width_(width), height_(height) {
+        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
+    }
+
+    void add(std::int32_t corner, side towards) {
+        if (present_[corner] == 0) used_.push_back(corner);
+        present_[corner] |= bit(towards);
+        const std::int32_t other = next(corner, towards);
+        if (present_[other] == 0) used_.push_back(other);
+        present_[other] |= bit(opposite(towards));
+    }
+
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+    const buffer<std::int32_t>& used() const { return used_; }
+    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
+    std::int32_t x(std::int32_t c) const { return c % stride_; }
+    std::int32_t y(std::int32_t c) const { return c / stride_; }
+    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
+    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
+    bool on_border_column(std::int32_t c) const { return x(c) == 0 || x(c) == width_; }
+    bool on_border(std::int32_t c) const { return on_border_column(c) || y(c) == 0 || y(c) == height_; }
+    int degree(std::int32_t c) const {
+        int count = 0;
+        for (side s : all_sides) count += has(c, s) ? 1 : 0;
+        return count;
+    }
+    void remove(std::int32_t c, side towards) {
+        LDI_ASSERT(has(c, towards));
+        present_[c] ^= bit(towards);
+        present_[next(c, towards)] ^= bit(opposite(towards));
+    }
+
+private:
+    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
+
+    std::int32_t stride_, width_, height_;
+    buffer<std::uint8_t> present_;
+    buffer<std::int32_t> used_;
+};
+
+// A curve as it is traced: its corners, one more than its sides.
+struct trace {
+    buffer<std::int32_t> corners;
+    buffer<discontinuity> sides;
+    bool is_closed = false;
+};
+
+class tracer {
+public:
+    // disparity          width x height values, outlives the tracer
+    // is_cut(pixel, s)   whether there is a discontinuity on the right or lower side of a pixel, inside the photo
+    template <class IsCut>
+    tracer(std::int32_t width, std::int32_t height, const float* disparity, surface_rule surface, IsCut&& is_cut)
+        : width_(width), disparity_(disparity), surface_(surface), all_(width, height) {
+        for (std::int32_t y = 0; y < height; ++y) {
+            const std::int32_t start = y * width;
+            for (std::int32_t x = 0; x + 1 < width; ++x)
+                if (is_cut(start + x, side::right)) all_.add(all_.corner(x + 1, y), side::down);
+            if (y + 1 == height) break;
+            for (std::int32_t x = 0; x < width; ++x)
+                if (is_cut(start + x, side::down)) all_.add(all_.corner(x, y + 1), side::right);
+        }
+    }
+
+    // Removes what branches off a curve and ends after fewer than `shortest_length` sides, so that the curve runs on past it.
+    void prune_spurs(std::size_t shortest_length) {
+        buffer<std::pair<std::int32_t, side>> spur;
+        for (std::int32_t end : all_.used()) {
+            if (all_.degree(end) != 1 || all_.on_border(end)) continue;
+            spur.clear();
+            std::int32_t corner = end;
+            side towards = side::left;
+            for (side s : all_sides)
+                if (all_.has(corner, s)) towards = s;
+            bool runs_on = true;
+            while (runs_on && spur.size() < shortest_length) {
+                spur.emplace_back(corner, towards);
+                corner = all_.next(corner, towards);
+                runs_on = !ends_curves(corner);
+                if (runs_on) towards = onward(corner, opposite(towards));
+            }
+            if (spur.size() < shortest_length && all_.degree(corner) > 2)
+                for (const auto& [from, s] : spur) all_.remove(from, s);
+        }
+    }
+
+    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
+    template <class Visit>
+    void for_each_curve(Visit&& visit) const {
+        corner_map left = all_;
+        for (std::int32_t corner : all_.used())
+            if (ends_curves(corner))
+                for (side s : all_sides)
+                    if (left.has(corner, s)) visit(follow(left, corner, s));
+        for (std::int32_t corner : all_.used())
+            for (side s : all_sides)
+                if (left.has(corner, s)) visit(follow(left, corner, s));
+    }
+
+    const corner_map& corners() const { return all_; }
+
+    // The pixels around a corner that is not on the border: two above, two below, each from the left.
+    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
+        const std::int32_t below_right = all_.y(corner) * width_ + all_.x(corner);
+        return {below_right - width_ - 1, below_right - width_, below_right - 1, below_right};
+    }
+
+private:
+    // Whether a corner is the end of a curve or a junction. Where two pixels of a front surface touch at a corner, across from
+    // two of a back surface, two curves pass each other.
+    bool ends_curves(std::int32_t corner) const {
+        const int degree = all_.degree(corner);
+        return degree != 2 && !(degree == 4 && is_checkered(corner));
+    }
+    bool is_checkered(std::int32_t corner) const {
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        return surface_.same_surface(disparity_[around[0]], disparity_[around[3]]) &&
+               surface_.same_surface(disparity_[around[1]], disparity_[around[2]]);
+    }
+    // The way on for a curve that came to the corner from the side `from`. Curves that pass each other turn around the pixel of
+    // the back surface that both their sides have: pixels of the front surface hold together.
+    side onward(std::int32_t corner, side from) const {
+        if (all_.degree(corner) == 2) {
+            for (side s : all_sides)
+                if (s != from && all_.has(corner, s)) return s;
+        }
+        const std::array<std::int32_t, 4> around = pixels_around(corner);
+        const bool falling =
+            disparity_[around[0]] > disparity_[around[1]];  // the front's pixels lie at the upper left and lower right
+        switch (from) {
+            case side::left: return falling ? side::down : side::up;
+            case side::down: return falling ? side::left : side::right;
+            case side::right: return falling ? side::up : side::down;
+            case side::up: break;
+        }
+        return falling ? side::right : side::left;
+    }
+
+    trace follow(corner_map& left, std::int32_t corner, side towards) const {
+        trace t;
+        t.corners.push_back(corner);
+        while (true) {
+            t.sides.push_back(discontinuity_between(corner, towards));
+            left.remove(corner, towards);
+            corner = all_.next(corner, towards);
+            t.corners.push_back(corner);
+            if (ends_curves(corner)) return t;
+            towards = onward(corner, opposite(towards));
+            if (!left.has(corner, towards)) {  // back at the start of a closed curve
+                t.is_closed = true;
+                return t;
+            }
+        }
+    }
+
+    // The two pixels on either side of the lattice edge that leaves `corner`.
+    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
+        const bool vertical = towards == side::up || towards == side::down;
+        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
+                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
+        const std::int32_t second = y * width_ + x, first = second - (vertical ? 1 : width_);
+        const side first_to_second = vertical ? side::right : side::down;
+        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
+        return {first, second, first_to_second};
+    }
+
+    std::int32_t width_;
+    const float* disparity_;
+    surface_rule surface_;
+    corner_map all_;
+};
+
+}  // namespace ldi::detail::curves
+
+// ---- ldi/occlusion/detail/curve_band.hpp
+// The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
+// across the curve. What is beyond the band's uncertain middle tells how front and back look there.
+
+namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+
+struct point {
+    float x = 0, y = 0;
+};
+
+// A curve as points of the plane, where pixel (x, y) covers [x, x + 1) x [y, y + 1), and where "across" is from back to front.
+struct plane_curve {
+    buffer<point> corners;  // as traced
+    buffer<point> smooth;   // without the lattice's stairs; ends stay
+    buffer<point> across;   // unit vectors
+};
+
+// reach  corners to either side that are averaged
+inline plane_curve make_plane_curve(const trace& t, const corner_map& lattice, std::int32_t reach) {
+    const std::int32_t count = t.corners.count(), period = count - 1;  // a closed curve ends in the corner that it starts from
+    plane_curve result;
+    for (std::int32_t corner : t.corners)
+        result.corners.push_back({nearest_float(lattice.x(corner)), nearest_float(lattice.y(corner))});
+    const auto wrapped = [&](std::int32_t k) { return (k % period + period) % period; };
+    result.smooth.resize(result.corners.size()), result.across.resize(result.corners.size());
+    for (std::int32_t k = 0; k < count; ++k) {
+        const std::int32_t before = t.is_closed ? reach : (std::min)(reach, k),
+                           after = t.is_closed ? reach : (std::min)(reach, period - k);
+        const std::int32_t even = (std::min)(before, after);
+        point sum, front;
+        for (std::int32_t i = k - even; i <= k + even; ++i) {
+            const point p = result.corners[t.is_closed ? wrapped(i) : i];
+            sum.x += p.x, sum.y += p.y;
+        }
+        for (std::int32_t i = k - before; i < k + after; ++i) {
+            const side s = t.sides[t.is_closed ? wrapped(i) : i].towards_front;
+            front.x += nearest_float(step_x(s)), front.y += nearest_float(step_y(s));
+        }
+        const float size = nearest_float(2 * even + 1), length = (std::max)(std::hypot(front.x, front.y), 1e-6F);
+        result.smooth[k] = {sum.x / size, sum.y / size};
+        result.across[k] = {front.x / length, front.y / length};
+    }
+    // At the photo's border a curve slides along it, so that no corner of the band is left behind.
+    for (const std::int32_t k : {std::int32_t{0}, period}) {
+        const std::int32_t corner = t.corners[k];
+        if (t.is_closed || !lattice.on_border(corner)) continue;
+        point& across = result.across[k];
+        const bool on_side = lattice.on_border_column(corner);
+        across = on_side ? point{0.0F, across.y < 0.0F ? -1.0F : 1.0F} : point{across.x < 0.0F ? -1.0F : 1.0F, 0.0F};
+    }
+    return result;
+}
+
+// Sums over samples of one side of a curve.
+struct color_sums {
+    float count = 0;
+    std::array<float, 3> sum{}, squares{};
+
+    void add(const std::uint8_t* color) {
+        count += 1.0F;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float v = nearest_float(color[c]);
+            sum[c] += v, squares[c] += v * v;
+        }
+    }
+    void add(const color_sums& other, float sign) {
+        count += sign * other.count;
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += sign * other.sum[c], squares[c] += sign * other.squares[c];
+    }
+};
+
+// Normal distribution of colors, channel by channel.
+struct color_model {
+    std::array<float, 3> mean{}, precision{};
+    float log_scale = 0;
+
+    // noise  standard deviation in gray levels that any surface has at least
+    color_model(const color_sums& of, float noise) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            mean[c] = of.sum[c] / of.count;
+            const float variance = (std::max)(of.squares[c] / of.count - mean[c] * mean[c], 0.0F) + noise * noise;
+            precision[c] = 1.0F / variance;
+            log_scale += 0.5F * std::log(variance);
+        }
+    }
+    float log_likelihood(const std::uint8_t* color) const {
+        float result = -log_scale;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float d = nearest_float(color[c]) - mean[c];
+            result -= 0.5F * precision[c] * d * d;
+        }
+        return result;
+    }
+};
+
+// The rows of the band.
+class band {
+public:
+    // radius  pixels to either side that are uncertain; as many beyond them tell about front and back
+    band(const plane_curve& curve, const trace& t, image_view<const std::uint8_t> photo, image_view<const float> disparity,
+         std::int32_t radius)
+        : photo_(photo), disparity_(disparity), radius_(radius), width_(nearest_int(photo.width())) {
+        rows_.resize(curve.corners.size());
+        pixels_.resize(curve.corners.size() * static_cast<std::size_t>(4 * radius));
+        for (std::int32_t k = 0; k < rows_.count(); ++k) {
+            const discontinuity& d = t.sides[(std::min)(k, t.sides.count() - 1)];
+            rows_[k].middle = 0.5F * (at(d.front) + at(d.back));
+            for (std::int32_t offset = -2 * radius; offset < 2 * radius; ++offset)
+                pixel(k, offset) = pixel_at(curve.smooth[k], curve.across[k], nearest_float(offset) + 0.5F);
+            measure(k);
+        }
+    }
+
+    std::int32_t radius() const { return radius_; }
+    std::int32_t size() const { return rows_.count(); }
+    // Cuts of row k that leave something of both surfaces: -back to front.
+    std::int32_t least_cut(std::int32_t k) const { return -rows_[k].back; }
+    std::int32_t largest_cut(std::int32_t k) const { return rows_[k].front; }
+    const color_sums& sums(std::int32_t k, bool of_front) const {
+        return of_front ? rows_[k].front_colors : rows_[k].back_colors;
+    }
+    // offset  from -2 radius to 2 radius - 1: between the cuts offset and offset + 1
+    const std::uint8_t* color(std::int32_t k, std::int32_t offset) const {
+        const std::int32_t i = pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+        return i == no_pixel ? nullptr : photo_.row(i / width_) + 3 * (i % width_);
+    }
+
+private:
+    struct row {
+        float middle = 0;  // disparity between front and back
+        std::int32_t front = 0, back = 0;
+        color_sums front_colors, back_colors;
+    };
+
+    static std::int32_t nearest_int(std::size_t n) { return static_cast<std::int32_t>(n); }
+    float at(std::int32_t i) const { return disparity_.row(i / width_)[i % width_]; }
+    std::int32_t& pixel(std::int32_t k, std::int32_t offset) {
+        return pixels_[static_cast<std::size_t>(k * 4 * radius_ + offset + 2 * radius_)];
+    }
+    std::int32_t pixel_at(point from, point across, float distance) const {
+        const float x = std::floor(from.x + distance * across.x), y = std::floor(from.y + distance * across.y);
+        if (!(x >= 0.0F && y >= 0.0F && x < nearest_float(photo_.width()) && y < nearest_float(photo_.height()))) return no_pixel;
+        return static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
+    }
+
+    // How far front and back go on, and their colors beyond the middle of the band, or of what there is of a thin thing.
+    void measure(std::int32_t k) {
+        row& r = rows_[k];
+        std::int32_t front = 0, back = 0;
+        const auto is_front = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) > r.middle;
+        };
+        const auto is_back = [&](std::int32_t offset) {
+            return pixel(k, offset) != no_pixel && at(pixel(k, offset)) <= r.middle;
+        };
+        // The smooth curve may leave a pixel of the other side beside itself.
+        while (front < 2 * radius_ && (is_front(front) || front < 2)) ++front;
+        while (back < 2 * radius_ && (is_back(-back - 1) || back < 2)) ++back;
+        r.front = (std::min)(radius_, front / 2), r.back = (std::min)(radius_, back / 2);
+        for (std::int32_t offset = r.front; offset < front; ++offset)
+            if (is_front(offset)) r.front_colors.add(color(k, offset));
+        for (std::int32_t offset = -back; offset < -r.back; ++offset)
+            if (is_back(offset)) r.back_colors.add(color(k, offset));
+    }
+
+    image_view<const std::uint8_t> photo_;
+    image_view<const float> disparity_;
+    std::int32_t radius_, width_;
+    buffer<row> rows_;
+    buffer<std::int32_t> pixels_;
+};
+
+}  // namespace ldi::detail::curves
+
+// ---- ldi/occlusion/align_silhouettes.hpp
+// Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
+// background sticks to what is in front of it, or a rim of the front is left behind; both are seen as soon as the camera moves.
+//
+// Along every discontinuity curve runs a band as wide as depth is uncertain. Colors beyond it, on either side, tell what front
+// and back look like there. The cut of the band that leaves the front's colors on the front's side, follows the contrast, and
+// does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
+// section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The defaults were chosen by trial, on true depth degraded as networks do.
+struct alignment_options {
+    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves
+    /// none.
+    float uncertainty = 3.0F;
+    /// The larger, the less a silhouette bends to follow colors.
+    float stiffness = 1.5F;
+    /// Curves with fewer pixel sides than this stay where they are.
+    std::size_t shortest_length = 20;
+};
+
+namespace detail::curves {
+
+// What it costs to cut every row of a band at every place, and the cheapest way along it.
+class band_cut {
+public:
+    // is_closed  the last row of the band is its first once more
+    band_cut(const band& b, float stiffness, bool is_closed)
+        : radius_(b.radius()), rows_(b.size() - (is_closed ? 1 : 0)), stiffness_(stiffness) {
+        costs_.assign(static_cast<std::size_t>(rows_) * places(), impossible);
+        const std::int32_t reach = 2 * radius_;  // rows to either side that tell about colors
+        color_sums front, back;
+        for (std::int32_t k = 0; k < (std::min)(reach, rows_); ++k) front.add(b.sums(k, true), 1), back.add(b.sums(k, false), 1);
+        for (std::int32_t k = 0; k < rows_; ++k) {
+            if (k + reach < rows_) front.add(b.sums(k + reach, true), 1), back.add(b.sums(k + reach, false), 1);
+            if (k > reach) front.add(b.sums(k - reach - 1, true), -1), back.add(b.sums(k - reach - 1, false), -1);
+            weigh_row(b, k, front, back);
+        }
+    }
+
+    void fix(std::int32_t row, std::int32_t cut) {
+        for (std::int32_t c = -radius_; c <= radius_; ++c)
+            if (c != cut) cost(row, c) = impossible;
+    }
+
+    // The cuts of `steps` rows, from `first` on and going round.
+    buffer<std::int32_t> cheapest(std::int32_t first, std::int32_t steps) const {
+        const std::size_t count = places();
+        buffer<std::int8_t> came_by(static_cast<std::size_t>(steps) * count, 0);
+        buffer<float> sums(count, 0.0F), next(count, 0.0F);
+        for (std::int32_t i = 0; i < steps; ++i) {
+            const float* of_row = costs_.data() + static_cast<std::size_t>((first + i) % rows_) * count;
+            for (std::size_t c = 0; c < count; ++c) {
+                float best = sums[c];
+                std::int8_t step = 0;
+                if (i > 0 && c > 0 && sums[c - 1] + stiffness_ < best) best = sums[c - 1] + stiffness_, step = -1;
+                if (i > 0 && c + 1 < count && sums[c + 1] + stiffness_ < best) best = sums[c + 1] + stiffness_, step = 1;
+                next[c] = best + of_row[c];
+                came_by[static_cast<std::size_t>(i) * count + c] = step;
+            }
+            sums.swap(next);
+        }
+        buffer<std::int32_t> result(static_cast<std::size_t>(steps), 0);
+        std::int32_t c = static_cast<std::int32_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
+        for (std::int32_t i = steps; i-- > 0;) {
+            result[i] = c - radius_;
+            c += came_by[static_cast<std::size_t>(i) * count + static_cast<std::size_t>(c)];
+        }
+        return result;
+    }
+
+private:
+    static constexpr float impossible = 1e6F;
+    static constexpr float noise = 6.0F;             // of a camera and of JPEG, in gray levels
+    static constexpr float largest_evidence = 3.0F;  // of one pixel, so that an outlier does not decide
+    static constexpr float contrast_weight = 3.0F;
+    static constexpr float distance_weight = 1.0F;
+
+    std::size_t places() const { return static_cast<std::size_t>(2 * radius_ + 1); }
+    float& cost(std::int32_t row, std::int32_t cut) {
+        return costs_[static_cast<std::size_t>(row) * places() + static_cast<std::size_t>(cut + radius_)];
+    }
+
+    void weigh_row(const band& b, std::int32_t k, const color_sums& front_sums, const color_sums& back_sums) {
+        const bool is_known = front_sums.count >= 8.0F && back_sums.count >= 8.0F;
+        const std::int32_t least = b.least_cut(k), most = b.largest_cut(k);
+        if (!is_known) {
+            for (std::int32_t cut = least; cut <= most; ++cut) cost(k, cut) = distance_cost(cut);
+            return;
+        }
+        const color_model front(front_sums, noise), back(back_sums, noise);
+        std::array<float, 3> direction;
+        float squared = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) direction[c] = front.mean[c] - back.mean[c], squared += direction[c] * direction[c];
+        float evidence = 0.0F;
+        for (std::int32_t cut = least; cut <= most; ++cut) {
+            cost(k, cut) = evidence + distance_cost(cut);
+            if (squared > 9.0F * noise * noise) cost(k, cut) -= contrast_weight * contrast(b, k, cut, direction, squared);
+            if (const std::uint8_t* color = b.color(k, cut))
+                evidence +=
+                    std::clamp(front.log_likelihood(color) - back.log_likelihood(color), -largest_evidence, largest_evidence);
+        }
+    }
+    float distance_cost(std::int32_t cut) const {
+        const float share = nearest_float(cut) / nearest_float(radius_);
+        return distance_weight * share * share;
+    }
+    // The share of the way from the back's color to the front's that is gone within four pixels around a cut.
+    float contrast(const band& b, std::int32_t k, std::int32_t cut, const std::array<float, 3>& direction, float squared) const {
+        const std::uint8_t *before = b.color(k, cut - 2), *behind = b.color(k, cut + 1);
+        if (before == nullptr || behind == nullptr) return 0.0F;
+        float way = 0.0F;
+        for (std::size_t c = 0; c < 3; ++c) way += direction[c] * (nearest_float(behind[c]) - nearest_float(before[c]));
+        return std::clamp(way / squared, 0.0F, 1.0F);
+    }
+
+    std::int32_t radius_, rows_;
+    float stiffness_;
+    buffer<float> costs_;
+};
+
+inline buffer<std::int32_t> cheapest_cut(const band& b, const trace& t, const corner_map& lattice, float stiffness) {
+    band_cut cut(b, stiffness, t.is_closed);
+    if (!t.is_closed) {
+        if (!lattice.on_border(t.corners.front())) cut.fix(0, 0);
+        if (!lattice.on_border(t.corners.back())) cut.fix(b.size() - 1, 0);
+        return cut.cheapest(0, b.size());
+    }
+    // The way must end where it begins. It begins half way round, at the place that a way without this condition has there.
+    const std::int32_t period = b.size() - 1, middle = period / 2;
+    cut.fix(middle, cut.cheapest(0, period)[middle]);
+    const buffer<std::int32_t> round = cut.cheapest(middle, period + 1);
+    buffer<std::int32_t> result(static_cast<std::size_t>(period + 1), 0);
+    for (std::int32_t k = 0; k <= period; ++k) result[k] = round[(k + period - middle) % period];
+    return result;
+}
+
+// A pixel that a curve passed over, and the curve's side that it belongs to.
+struct swept_pixel {
+    std::int32_t pixel, of_side;
+    friend bool operator<(const swept_pixel& a, const swept_pixel& b) {
+        return a.pixel != b.pixel ? a.pixel < b.pixel : a.of_side < b.of_side;
+    }
+};
+
+// Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
+inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
+                  buffer<swept_pixel>& swept) {
+    const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.x < b.x; });
+    const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
+    const auto first = [](float least, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count)));
+    };
+    const auto end = [](float most, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count)));
+    };
+    for (std::int32_t y = first(top->y, height); y < end(bottom->y, height); ++y)
+        for (std::int32_t x = first(left->x, width); x < end(right->x, width); ++x) {
+            const float at_x = nearest_float(x) + 0.5F, at_y = nearest_float(y) + 0.5F;
+            bool inside = false;
+            for (std::size_t i = 0; i < 4; ++i) {
+                const point a = corners[i], b = corners[(i + 1) % 4];
+                if ((a.y <= at_y) != (b.y <= at_y) && at_x < a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x)) inside = !inside;
+            }
+            if (inside) swept.push_back({y * width + x, of_side});
+        }
+}
+
+// The pixels that a curve passes over on its way, once, or there and back and there again.
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, const corner_map& lattice) {
+    const auto moved = [&](std::int32_t k) {
+        const float distance = nearest_float(cut[k]);
+        return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
+    };
+    buffer<swept_pixel> all, result;
+    for (std::int32_t k = 0; k + 1 < curve.corners.count(); ++k)
+        sweep({curve.corners[k], curve.corners[k + 1], moved(k + 1), moved(k)}, lattice.width(), lattice.height(), k, all);
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0, next = 0; i < all.size(); i = next) {
+        while (next < all.size() && all[next].pixel == all[i].pixel) ++next;
+        if ((next - i) % 2 == 1) result.push_back(all[i]);
+    }
+    return result;
+}
+
+// Pixels of the front get the back's disparity beside the curve and the other way round; those of third surfaces keep theirs.
+inline void change_sides(const trace& t, const buffer<swept_pixel>& swept, const image<float>& before,
+                         image_view<float> disparity) {
+    const auto at = [&](std::int32_t pixel) { return before.data()[pixel]; };
+    const std::size_t width = before.width();
+    for (const swept_pixel& s : swept) {
+        const discontinuity& d = t.sides[s.of_side];
+        const bool was_front = at(s.pixel) > 0.5F * (at(d.front) + at(d.back));
+        const float own = at(was_front ? d.front : d.back), other = at(was_front ? d.back : d.front);
+        const std::size_t pixel = static_cast<std::size_t>(s.pixel);
+        if (std::abs(at(s.pixel) - own) < std::abs(own - other)) disparity(pixel / width, pixel % width) = other;
+    }
+}
+
+// The curves that may move.
+inline buffer<trace> long_curves(const image<float>& disparity, surface_rule surface, std::size_t shortest_length) {
+    const std::int32_t width = static_cast<std::int32_t>(disparity.width()),
+                       height = static_cast<std::int32_t>(disparity.height());
+    const float* at = disparity.data();
+    tracer curves(width, height, at, surface, [&](std::int32_t pixel, side s) {
+        return !surface.same_surface(at[pixel], at[s == side::right ? pixel + 1 : pixel + width]);
+    });
+    curves.prune_spurs(shortest_length);
+    buffer<trace> result;
+    curves.for_each_curve([&](trace t) {
+        if (t.sides.size() >= shortest_length) result.push_back(std::move(t));
+    });
+    return result;
+}
+
+inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
+                            const alignment_options& options) {
+    const auto size_of = [](const auto& of) {
+        return std::to_string(of.height()) + " x " + std::to_string(of.width()) + " x " + std::to_string(of.channels());
+    };
+    if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
+        photo.channels() != 3)
+        raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
+              size_of(disparity) + " and " + size_of(photo));
+    if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
+        raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
+              std::to_string(options.uncertainty) + " and " + std::to_string(options.stiffness));
+}
+
+}  // namespace detail::curves
+
+/// disparity  H x W x 1, finite, with steps where one thing hides another; changed in place
+/// photo      H x W x 3
+///
+/// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
+/// or the stiffness is below 0.
+template <executor Executor = const serial_executor>
+void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
+                       const alignment_options& options = {}, Executor&& threads = {}) {
+    using namespace detail::curves;
+    check_alignment(disparity, photo, options);
+    const std::int32_t radius = static_cast<std::int32_t>(std::lround(options.uncertainty));
+    if (radius == 0 || photo.empty()) return;
+    const image<float> before{image_view<const float>(disparity)};
+    const buffer<trace> traces = long_curves(before, surface, options.shortest_length);
+    buffer<buffer<swept_pixel>> swept(traces.size());
+    const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
+    parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+            const plane_curve curve = make_plane_curve(traces[i], lattice, (std::max)(radius / 2, 1));
+            const band around(curve, traces[i], photo, before, radius);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), lattice);
+        }
+    });
+    for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
+}
+
+}  // namespace ldi
+
 // ---- ldi/occlusion/detail/diffuse_unknown.hpp
 // Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
 
@@ -11709,18 +12518,12 @@ struct diffusion_inpainter {
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Curves shorter than this, in pixel sides, are spurious and dropped: nothing grows behind them, and
-    /// close_spurious_discontinuities() closes them.
+    /// Groups of curves that meet, and branches without an end, are spurious if they have fewer pixel sides than this: nothing
+    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter; but
+    /// between two junctions of a good silhouette that would bridge it.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;
-};
-
-/// One side of a pixel with a discontinuity.
-struct discontinuity {
-    std::int32_t back;   ///< the pixel on the far side
-    std::int32_t front;  ///< the pixel on the near side
-    side towards_front;  ///< the side of `back` that `front` lies on
 };
 
 /// A half line that the hidden surface behind a curve must not cross: it starts at the curve's end, perpendicular to the curve,
@@ -11740,123 +12543,20 @@ struct discontinuity_curve {
 
 namespace detail::curves {
 
-// Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
-class corner_map {
-public:
-    explicit corner_map(const graph& g) : stride_(g.width + 1), width_(g.width), height_(g.height) {
-        present_.assign(static_cast<std::size_t>(std::int64_t{stride_} * (height_ + 1)), 0);
-    }
-
-    void add(std::int32_t corner, side towards) {
-        if (present_[corner] == 0) used_.push_back(corner);
-        present_[corner] |= bit(towards);
-        const std::int32_t other = next(corner, towards);
-        if (present_[other] == 0) used_.push_back(other);
-        present_[other] |= bit(opposite(towards));
-    }
-
-    const buffer<std::int32_t>& used() const { return used_; }
-    std::int32_t corner(std::int32_t x, std::int32_t y) const { return y * stride_ + x; }
-    std::int32_t x(std::int32_t c) const { return c % stride_; }
-    std::int32_t y(std::int32_t c) const { return c / stride_; }
-    std::int32_t next(std::int32_t c, side towards) const { return c + step_x(towards) + step_y(towards) * stride_; }
-    bool has(std::int32_t c, side towards) const { return (present_[c] & bit(towards)) != 0; }
-    bool on_border(std::int32_t c) const { return x(c) == 0 || y(c) == 0 || x(c) == width_ || y(c) == height_; }
-    int degree(std::int32_t c) const {
-        int count = 0;
-        for (side s : all_sides) count += has(c, s) ? 1 : 0;
-        return count;
-    }
-    void remove(std::int32_t c, side towards) {
-        LDI_ASSERT(has(c, towards));
-        present_[c] ^= bit(towards);
-        present_[next(c, towards)] ^= bit(opposite(towards));
-    }
-
-private:
-    static std::uint8_t bit(side s) { return static_cast<std::uint8_t>(1U << static_cast<unsigned>(s)); }
-
-    std::int32_t stride_, width_, height_;
-    buffer<std::uint8_t> present_;
-    buffer<std::int32_t> used_;
-};
-
-// A curve as it is traced: its corners, one more than its sides.
-struct trace {
-    buffer<std::int32_t> corners;
-    buffer<discontinuity> sides;
-    bool is_closed = false;
-};
-
-class tracer {
-public:
-    tracer(const graph& g, const buffer<float>& disparity) : graph_(g), disparity_(disparity), all_(g) {
-        for (std::int32_t y = 0; y < g.height; ++y) {
-            const std::int32_t start = y * g.width;
-            for (std::int32_t x = 0; x + 1 < g.width; ++x)
-                if (g.right[start + x] == no_pixel) all_.add(all_.corner(x + 1, y), side::down);
-            if (y + 1 == g.height) break;
-            for (std::int32_t x = 0; x < g.width; ++x)
-                if (g.down[start + x] == no_pixel) all_.add(all_.corner(x, y + 1), side::right);
-        }
-    }
-
-    // Calls visit(trace) for every curve: first those that start at an end or a junction, then the closed ones.
-    template <class Visit>
-    void for_each_curve(Visit&& visit) const {
-        corner_map left = all_;
-        for (std::int32_t corner : all_.used())
-            if (all_.degree(corner) != 2)
-                for (side s : all_sides)
-                    if (left.has(corner, s)) visit(follow(left, corner, s));
-        for (std::int32_t corner : all_.used())
-            for (side s : all_sides)
-                if (left.has(corner, s)) visit(follow(left, corner, s));
-    }
-
-    const corner_map& corners() const { return all_; }
-
-    // The pixels around a corner that is not on the border.
-    std::array<std::int32_t, 4> pixels_around(std::int32_t corner) const {
-        const std::int32_t below_right = all_.y(corner) * graph_.width + all_.x(corner);
-        return {below_right - graph_.width - 1, below_right - graph_.width, below_right - 1, below_right};
-    }
-
-private:
-    trace follow(corner_map& left, std::int32_t corner, side towards) const {
-        trace t;
-        t.corners.push_back(corner);
-        while (true) {
-            t.sides.push_back(discontinuity_between(corner, towards));
-            left.remove(corner, towards);
-            corner = all_.next(corner, towards);
-            t.corners.push_back(corner);
-            if (all_.degree(corner) != 2) return t;
-            bool found = false;
-            for (side s : all_sides)
-                if (!found && left.has(corner, s)) towards = s, found = true;
-            if (!found) {  // back at the start of a closed curve
-                t.is_closed = true;
-                return t;
-            }
-        }
-    }
-
-    // The two pixels on either side of the lattice edge that leaves `corner`.
-    discontinuity discontinuity_between(std::int32_t corner, side towards) const {
-        const bool vertical = towards == side::up || towards == side::down;
-        const std::int32_t x = all_.x(corner) - (towards == side::left ? 1 : 0),
-                           y = all_.y(corner) - (towards == side::up ? 1 : 0);
-        const std::int32_t second = y * graph_.width + x, first = second - (vertical ? 1 : graph_.width);
-        const side first_to_second = vertical ? side::right : side::down;
-        if (disparity_[first] > disparity_[second]) return {second, first, opposite(first_to_second)};
-        return {first, second, first_to_second};
-    }
-
-    const graph& graph_;
-    const buffer<float>& disparity_;
-    corner_map all_;
-};
+// For every curve, the number of sides of all curves that it hangs together with through junctions.
+inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
+    buffer<std::pair<std::int32_t, std::int32_t>> ends;  // a corner, and the curve that ends there
+    for (std::int32_t i = 0; i < traces.count(); ++i)
+        if (!traces[i].is_closed) ends.emplace_back(traces[i].corners.front(), i), ends.emplace_back(traces[i].corners.back(), i);
+    std::sort(ends.begin(), ends.end());
+    disjoint_sets groups(traces.size());
+    for (std::size_t i = 1; i < ends.size(); ++i)
+        if (ends[i].first == ends[i - 1].first) groups.merge(ends[i].second, ends[i - 1].second);
+    buffer<std::size_t> total(traces.size(), 0), lengths(traces.size(), 0);
+    for (std::int32_t i = 0; i < traces.count(); ++i) total[groups.find(i)] += traces[i].sides.size();
+    for (std::int32_t i = 0; i < traces.count(); ++i) lengths[i] = total[groups.find(i)];
+    return lengths;
+}
 
 }  // namespace detail::curves
 
@@ -11867,7 +12567,10 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     const buffer<float>& disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
-    const detail::curves::tracer tracer(layer.topology, disparity);
+    const graph& g = layer.topology;
+    detail::curves::tracer tracer(g.width, g.height, disparity.data(), layer.surface,
+                                  [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
+    tracer.prune_spurs(options.shortest_length);
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
@@ -11895,8 +12598,12 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         return c;
     };
 
-    tracer.for_each_curve([&](detail::curves::trace t) {
-        if (t.sides.size() < options.shortest_length) return;
+    buffer<detail::curves::trace> traces;
+    tracer.for_each_curve([&](detail::curves::trace t) { traces.push_back(std::move(t)); });
+    const buffer<std::size_t> lengths = detail::curves::group_lengths(traces);
+    for (std::size_t i = 0; i < traces.size(); ++i) {
+        if (lengths[i] < options.shortest_length) continue;
+        detail::curves::trace& t = traces[i];
         discontinuity_curve curve;
         curve.is_closed = t.is_closed;
         if (!t.is_closed) {
@@ -11905,7 +12612,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         }
         curve.sides = std::move(t.sides);
         curves.push_back(std::move(curve));
-    });
+    }
     return curves;
 }
 
@@ -17483,9 +18190,14 @@ enum class picture_format { jpeg, png };
 /// The facts of a complete JPEG or PNG file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;  ///< as stored, in pixels
-    std::size_t bits = 8;               ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::span<const std::byte> exif;    ///< a TIFF structure; empty if there is none
+    std::size_t width = 0, height = 0;              ///< as stored, in pixels
+    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
+    std::size_t memory_per_pixel = 0;               ///< bytes that decoding takes, at most
+    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
+    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
+    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
+    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
+    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
@@ -17504,7 +18216,24 @@ inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::strin
 }
 
 inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
+inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
+
+inline bool is_tiff(std::span<const std::byte> bytes) {
+    using namespace std::string_view_literals;
+    return has_text(bytes, 0, "II*\0"sv) || has_text(bytes, 0, "MM\0*"sv) || has_text(bytes, 0, "II+\0"sv) ||
+           has_text(bytes, 0, "MM\0+"sv);
+}
+
+/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
+inline bool is_heif(std::span<const std::byte> bytes) {
+    if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
+    const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
+    for (std::size_t at = 8; at + 4 <= end; at += at == 8 ? 8 : 4)
+        for (const char* brand : {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1", "avif", "avis"})
+            if (has_text(bytes, at, brand)) return true;
+    return false;
+}
 
 /// A name for what the first bytes say, as error messages need it: "a GIF file".
 inline std::string describe_format(std::span<const std::byte> bytes) {
@@ -17578,6 +18307,7 @@ public:
             if (at + 1 >= bytes_.size()) broken("a file that is cut off after " + std::to_string(bytes_.size()) + " bytes");
             const unsigned marker = byte_at(bytes_, at + 1);
             at += 2;
+            header_.end = at;
             if (marker == 0xD9) break;
             if (at + 2 > bytes_.size()) broken("a segment that is cut off");
             const std::size_t length = big_endian_16(bytes_, at);
@@ -17621,6 +18351,7 @@ private:
         } else if (marker == 0xDA) {
             if (components_ == 0) broken("a scan before the frame header");
             const std::size_t count = body.empty() ? 0 : byte_at(body, 0);
+            header_.scanned_channels += count;
             if (body.size() != 4 + 2 * count) broken("a scan header of the wrong length");
             for (std::size_t c = 0; c < count; ++c)
                 unscanned_.erase(std::remove(unscanned_.begin(), unscanned_.end(), byte_at(body, 1 + 2 * c)), unscanned_.end());
@@ -17628,6 +18359,8 @@ private:
             if (!are_huffman_tables(body)) broken("a bad Huffman table");
         } else if (marker == 0xE1 && header_.exif.empty() && has_text(body, 0, std::string_view("Exif\0\0", 6))) {
             header_.exif = body.subspan(6);
+        } else if (marker == 0xE1 || marker == 0xE2) {
+            header_.extensions.push_back(body);
         } else if (marker == 0xEE && has_text(body, 0, "Adobe") && body.size() >= 12) {
             adobe_ = true;
         }
@@ -17640,6 +18373,8 @@ private:
         if (byte_at(body, 0) != 8) unsupported(std::to_string(byte_at(body, 0)) + "-bit samples");
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
+        // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
+        header_.memory_per_pixel = components_ * (marker == 0xC2 ? 3 : 1) + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
@@ -17694,10 +18429,15 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
                 broken("a width or height outside PNG's range");
             header.bits = depth == 16 ? 16 : 8;
             bits_per_pixel = depth * channels;
+            // Inflated rows and the picture made of them, which a palette may give four channels; at the end 8-bit RGB.
+            const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;
+            header.memory_per_pixel = decoded + (std::max)((bits_per_pixel + 7) / 8, std::size_t{3});
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
         } else if (has_text(type, 0, "eXIf")) {
             header.exif = body;
+        } else if (has_text(type, 0, "iCCP")) {
+            header.profile_chunk = body;
         } else if (has_text(type, 0, "IEND")) {
             ended = true;
         }
@@ -18226,6 +18966,8 @@ struct given_disparity {
     float quantization_step() const { return 1.0F; }
 };
 
+/// What `alignment`, `components` and `curves` count in pixels holds where depth is as fine as the photo. Where one sample of
+/// depth covers several pixels, lengths are multiplied by its side, and sizes by its area.
 struct photo3d_options {
     /// The photo is shrunk to this long side, in pixels, if it is larger.
     std::size_t long_side = 1536;
@@ -18236,8 +18978,10 @@ struct photo3d_options {
     int passes_before_resampling = 2;
     surface_rule surface;
     normalize_options normalize;
+    sharpen_options sharpen;
     resample_options resample;
     weighted_median_options median;
+    alignment_options alignment;
     middle_component_options components;
     mixed_color_options mixed_colors;
     curve_options curves;
@@ -18275,13 +19019,39 @@ image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size
     return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
 }
 
+/// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
+/// are.
+inline float sample_size(const image<float>& estimated, const image<std::uint8_t>& photo) {
+    return std::clamp(nearest_float(photo.width()) / nearest_float(estimated.width()), 1.0F, 16.0F);
+}
+
+/// Lengths in pixels, and counts, that hold where depth is as fine as the photo, for depth with larger samples.
+template <std::integral Count>
+Count scaled(Count count, float by) {
+    return static_cast<Count>(std::lround(nearest_float(count) * by));
+}
+inline alignment_options scaled(alignment_options options, float sample_size) {
+    options.uncertainty *= sample_size;
+    options.shortest_length = scaled(options.shortest_length, sample_size);
+    return options;
+}
+inline middle_component_options scaled(middle_component_options options, float sample_size) {
+    options.smallest_size = scaled(options.smallest_size, sample_size * sample_size);
+    return options;
+}
+inline curve_options scaled(curve_options options, float sample_size) {
+    options.shortest_length = scaled(options.shortest_length, sample_size);
+    options.tangent_length = scaled(options.tangent_length, sample_size);
+    return options;
+}
+
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
                                Executor& threads) {
     if (estimated.height() >= photo.height())
         return resample_to_photo(estimated, photo, options.surface, options.resample, threads);
-    image<float> sharpened = estimated;
+    image<float> sharpened = sharpen_edges(estimated, options.surface, options.sharpen, threads);
     for (int pass = 0; pass < options.passes_before_resampling; ++pass)
         sharpened = weighted_median(sharpened, options.surface, options.median, threads);
     return resample_to_photo(sharpened, photo, options.surface, options.resample, threads);
@@ -18314,17 +19084,19 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("depth filter", 0.0F);
     result.resampled = detail::resample_estimate(result.estimated, result.photo, options, threads);
     result.disparity = weighted_median(result.resampled, options.surface, options.median, threads);
+    const float sample_size = detail::sample_size(result.estimated, result.photo);
+    align_silhouettes(result.disparity, result.photo, options.surface, detail::scaled(options.alignment, sample_size), threads);
     progress.report("depth filter", 1.0F);
 
     progress.report("connected components", 0.0F);
-    merge_middle_components(result.disparity, options.surface, options.components);
+    merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
 
     progress.report("occluded geometry", 0.0F);
     photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
     lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
     lifted.range = normalized.range;
-    result.curves = find_discontinuity_curves(lifted, options.curves);
+    result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
     mark_mixed_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
