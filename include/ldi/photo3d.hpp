@@ -162,7 +162,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     lifted.range = normalized.range;
     result.curves = find_discontinuity_curves(lifted, options.curves);
     close_spurious_discontinuities(lifted, result.curves);
-    mark_mixed_colors(lifted, options.mixed_colors);
+    unmix_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);

@@ -14,7 +14,7 @@ TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays
     ldi::mixed_color_options options;
     options.foreground_margin = 3;
     options.background_margin = 1;
-    ldi::mark_mixed_colors(layers, options);
+    ldi::unmix_colors(layers, options);
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const std::int32_t x = layers.topology.x[i];
         REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 19 && x < 23 ? 0 : 1));
@@ -26,7 +26,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x >= 20 && x < 24 ? 0.8F : 0.2F;
     ldi::photo_layer layers = ldi::test::lift_disparity(map);
-    ldi::mark_mixed_colors(layers);
+    ldi::unmix_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i)
         if (layers.topology.x[i] >= 20 && layers.topology.x[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
 }
@@ -39,7 +39,7 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
         ldi::mixed_color_options options;
         options.foreground_margin = static_cast<int>(random() % 5);
         options.background_margin = static_cast<int>(random() % 5);
-        ldi::mark_mixed_colors(layers, options);
+        ldi::unmix_colors(layers, options);
         // Both margins together are at most 8 steps wide where a surface is in front on one side and behind on the other.
         ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>();
         for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
