@@ -21,7 +21,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Numbers of pixels hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
+/// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
 struct mixed_color_options {
     /// Where the two surfaces look alike, the foreground's colors are refilled within this many pixels of the silhouette.
     int foreground_margin = 2;
@@ -29,8 +29,9 @@ struct mixed_color_options {
     /// hidden surface would be continued with what the lens smeared over the background. One pixel costs nothing: seen from the
     /// right camera, six stereo pairs measure 25.85 dB with it and 25.86 dB without; a second pixel costs 0.23 dB.
     int background_margin = 1;
-    /// Elsewhere, mixed colors are looked for within this many pixels on either side; 0: nowhere.
-    int reach = 4;
+    /// Elsewhere, mixed colors are looked for within this share of the long side on either side of it, and within two pixels; 0:
+    /// nowhere.
+    float reach = 4.0F / 1536.0F;
     /// The least distance of two colors, in red, green and blue from 0 to 255, that look different.
     float contrast = 40.0F;
 };
@@ -84,7 +85,13 @@ inline int scaled_to_photo(int pixels, const graph& g) {
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
-/// Gives mixed colors back what they had of their own surface.
+/// Pixels that mixed colors are looked for within.
+inline int band_width(float reach, const graph& g) {
+    const float pixels = reach * nearest_float((std::max)(g.width, g.height));
+    return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
+}
+
+/// Gives the foreground's mixed colors back what they had of their own, and marks the background's as unknown.
 template <payload_column... Columns>
 class color_cleaner {
 public:
@@ -99,10 +106,9 @@ public:
         buffer<std::int32_t> lost;
         for (std::int32_t i = 0; i < places.count(); ++i) {
             const silhouette_band::place& p = places[i];
-            if (p.distance > 0 && reached[i] == 0) continue;
-            if (!band_.sides()[p.side].can_tell || own_share(i) >= pure) continue;
+            if ((p.distance > 0 && reached[i] == 0) || !band_.sides()[p.side].can_tell || is_pure(i)) continue;
             clean(i);
-            if (own_share(i) < least_share) known_[p.pixel] = 0, lost.push_back(p.pixel);
+            if (!p.in_front && known_[p.pixel] != 0) known_[p.pixel] = 0, lost.push_back(p.pixel);
             for (const side s : all_sides) {
                 const std::int32_t neighbor = layers_.topology.neighbor(p.pixel, s);
                 if (const std::int32_t other = neighbor == no_pixel ? -1 : band_.find(neighbor); other >= 0) reached[other] = 1;
@@ -112,10 +118,13 @@ public:
     }
 
 private:
-    static constexpr float pure = 0.9F, least_share = 0.3F;
+    /// The foreground's colors with less than this share of their own are cleaned, the background's with more than that of the
+    /// foreground refilled. Refilling loses texture, and what little is left of the foreground does not show. Both by trial.
+    static constexpr float pure_foreground = 0.8F, pure_background = 0.4F;
 
-    float own_share(std::int32_t place) const {
-        return band_.places()[place].in_front ? mixtures_[place].alpha : 1.0F - mixtures_[place].alpha;
+    bool is_pure(std::int32_t place) const {
+        const float alpha = mixtures_[place].alpha;
+        return band_.places()[place].in_front ? alpha >= pure_foreground : alpha <= pure_background;
     }
 
     /// The color of the pixel's own surface O that, with the sample of the other surface, comes nearest to the pixel's color C
@@ -124,7 +133,7 @@ private:
         const mixture& m = mixtures_[place];
         const bool in_front = band_.places()[place].in_front;
         const float_color &own = in_front ? m.foreground : m.background, &other = in_front ? m.background : m.foreground;
-        const float share = own_share(place), gain = share / (share * share + 0.25F);
+        const float share = in_front ? m.alpha : 1.0F - m.alpha, gain = share / (share * share + 0.25F);
         const auto color = layers_.template at<color_column>(band_.places()[place].pixel);
         for (std::size_t c = 0; c < 3; ++c) {
             const float error = static_cast<float>(color[c]) - share * own[c] - (1.0F - share) * other[c];
@@ -165,13 +174,14 @@ private:
 template <payload_column... Columns>
 image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
-    if (options.foreground_margin < 0 || options.background_margin < 0 || options.reach < 0 || !(options.contrast > 0))
-        raise(error_code::invalid_option, "mixed_color_options", "margins and a reach of 0 or more, a contrast above 0",
+    if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
+        !(options.contrast > 0))
+        raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   std::to_string(options.reach) + " and " + std::to_string(options.contrast));
     const graph& g = layers.topology;
     image<std::uint8_t> matte(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width));
-    detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::scaled_to_photo(options.reach, g));
+    detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
 
     buffer<std::int32_t> foreground, background;

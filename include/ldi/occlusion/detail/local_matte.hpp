@@ -25,7 +25,8 @@ struct mixture {
     int confidence = 0;  ///< 0 to 4
 };
 
-/// The mixture of a foreground and a background sample that is nearest to a color.
+/// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
+/// in a texture some pair of samples explains every color; by how much was chosen on the views of bench/quality.
 inline mixture unmix(const float_color& color, const float_color* foregrounds, const float_color* backgrounds,
                      std::size_t count) {
     mixture best;
@@ -40,8 +41,9 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
             const float alpha = std::clamp(along / (squared + 1.0F), 0.0F, 1.0F);
             for (std::size_t c = 0; c < 3; ++c) error[c] = from_background[c] - alpha * across[c];
             const float squared_error = error[0] * error[0] + error[1] * error[1] + error[2] * error[2];
-            if (squared_error >= least) continue;
-            least = squared_error, contrast = squared;
+            const float cost = squared_error + 0.5F * squared * alpha * (1.0F - alpha);
+            if (cost >= least) continue;
+            least = cost, contrast = squared;
             best = {alpha, foregrounds[f], backgrounds[b], 0};
         }
     // A tenth of the contrast is what grain makes of a mixture; half of it is another color.

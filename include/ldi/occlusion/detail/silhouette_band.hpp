@@ -1,15 +1,13 @@
 // The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
-// surfaces there: samples from a few pixels away, where neither is mixed with the other.
+// surfaces there: samples from where neither is mixed with the other.
 #pragma once
 
 #include <ldi/base/memory.hpp>
-#include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
@@ -70,8 +68,6 @@ public:
     }
 
 private:
-    static constexpr int sample_length = 3;
-
     void grow() {
         place_of_.assign(graph_.size(), -1);
         const auto visit = [&](const place& p) {
@@ -91,29 +87,24 @@ private:
         }
     }
 
-    /// Walks away from the silhouette on one surface, and takes the mean of what lies behind the band; of a surface that is
-    /// narrower, the pixel farthest from all silhouettes. False where that is as near as the mixed ones.
-    bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& mean) const {
-        const auto color_at = [&](std::int32_t pixel, std::size_t c) {
-            return static_cast<float>(colors[3 * static_cast<std::size_t>(pixel) + c]);
-        };
-        const place& start = places_[find(from)];
-        place farthest = start;
-        float_color sum{};
-        float count = 0;
-        std::int32_t pixel = from;
-        for (int step = 0; step < reach_ + sample_length && pixel != no_pixel; ++step, pixel = graph_.neighbor(pixel, away)) {
-            if (const std::int32_t here = find(pixel); here < 0) {
-                for (std::size_t c = 0; c < 3; ++c) sum[c] += color_at(pixel, c);
-                count += 1;
-            } else if (count > 0 || places_[here].in_front != start.in_front) {
+    /// Walks away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to the
+    /// one farthest from all silhouettes. False where that is as near as the mixed ones.
+    bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& color) const {
+        place best = places_[find(from)];
+        const bool in_front = best.in_front;
+        bool is_behind = false;
+        for (std::int32_t pixel = from; pixel != no_pixel && !is_behind; pixel = graph_.neighbor(pixel, away)) {
+            const std::int32_t here = find(pixel);
+            is_behind = here < 0;
+            if (is_behind)
+                best.pixel = pixel;
+            else if (places_[here].in_front != in_front)
                 break;
-            } else if (places_[here].distance > farthest.distance) {
-                farthest = places_[here];
-            }
+            else if (places_[here].distance > best.distance)
+                best = places_[here];
         }
-        for (std::size_t c = 0; c < 3; ++c) mean[c] = count > 0 ? sum[c] / count : color_at(farthest.pixel, c);
-        return count > 0 || farthest.distance >= 2;
+        for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(best.pixel) + c]);
+        return is_behind || best.distance >= 2;
     }
 
     const graph& graph_;
