@@ -103,12 +103,19 @@ public:
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
     }
 
-    void add_soft_edges(const chart_set& charts, const buffer<chart_placement>& places, const visible_silhouettes& seen,
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_silhouettes& seen,
                         const soft_edge_options& options) {
+        // In GLB files; of a texel's, what JPEG takes at least for a photo at quality 85.
+        constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.15F, edge_bytes = 2 * 20 + 2 * 6;
+        const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
+                            triangle_bytes * nearest_float(mesh_.triangle_count()) +
+                            texel_bytes * nearest_float(atlas.color.size() / 3);
         soft_edge_builder builder(flat_, seen, layers_.surface, layers_.camera, layers_.range, options);
+        builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
-            const std::array<std::int32_t, 2> to_atlas{places[c].x - charts.charts[c].x, places[c].y - charts.charts[c].y};
+            const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
+                                                       atlas.placements[c].y - charts.charts[c].y};
             builder.add_piece(p, to_atlas, {u_scale_, v_scale_});
         }
         mesh_.soft_edges = builder.finish();
@@ -167,9 +174,11 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     const soft_edge_options& soft = options.soft_edges;
-    if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64))
-        raise(error_code::invalid_option, "soft_edge_options", "widths from 0 to 64, the least not above the most",
-              std::to_string(soft.least_width) + " and " + std::to_string(soft.most_width));
+    if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64 && soft.largest_share >= 0))
+        raise(error_code::invalid_option, "soft_edge_options",
+              "widths from 0 to 64, the least not above the most, a share of 0 or more",
+              std::to_string(soft.least_width) + ", " + std::to_string(soft.most_width) + " and " +
+                  std::to_string(soft.largest_share));
     const bool is_soft = soft.least_width > 0 && !seen.matte.empty();
     const auto has_size_of_photo = [&](const auto& picture) {
         return picture.height() == static_cast<std::size_t>(g.height) && picture.width() == static_cast<std::size_t>(g.width);
@@ -180,7 +189,7 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
 
     detail::mesh_assembler assembler(layers, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
-    if (is_soft) assembler.add_soft_edges(charts, placements, seen, soft);
+    if (is_soft) assembler.add_soft_edges(charts, atlas, seen, soft);
     return assembler.finish();
 }
 

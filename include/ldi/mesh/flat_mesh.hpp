@@ -29,6 +29,9 @@ namespace ldi::inline LDI_CONFIGURATION {
 struct soft_edge_options {
     float least_width = 1.0F;  ///< 0: edges are hard
     float most_width = 3.0F;   ///< where the matte carries farther; less than the atlas has padding
+    /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
+    /// runs along the largest steps in disparity.
+    float largest_share = 0.08F;
 };
 
 struct mesh_options {

@@ -17,7 +17,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -37,15 +37,25 @@ public:
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
+    /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
+    void choose(std::size_t count) {
+        buffer<float> steps;
+        least_step_ = 0;
+        for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
+            load(p);
+            for (const float step : steps_)
+                if (step > 0) steps.push_back(step);
+        }
+        if (steps.size() <= count) return;
+        std::nth_element(steps.begin(), steps.begin() + (steps.size() - count), steps.end());
+        least_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
+    }
+
     /// to_atlas  from the lattice to texels
     /// scale     from texels to texture coordinates
     void add_piece(std::int32_t piece, std::array<std::int32_t, 2> to_atlas, std::array<float, 2> scale) {
-        const std::int32_t first = flat_.first_open_corner[piece], last = flat_.first_open_corner[piece + 1];
-        if (last - first < 2) return;
-        corners_.assign(flat_.open_corners.begin() + first, flat_.open_corners.begin() + last);
         to_atlas_ = to_atlas, scale_ = scale;
-        is_closed_ = flat_.outlines.pieces[piece].start == flat_.outlines.pieces[piece].end;
-        find_silhouettes();
+        load(piece);
         find_rims();
         add_quads();
     }
@@ -73,7 +83,7 @@ private:
     static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
 
     const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
-    std::int32_t edge_count() const { return corners_.count() - 1; }
+    std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
 
     /// The disparity seen at a position, or that of nothing.
     float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
@@ -81,31 +91,40 @@ private:
         return inside ? seen_.disparity(y, x) : nothing;
     }
 
-    /// Whether a corner is seen, and beside it something farther.
-    bool is_in_front(const outline_corner& c) const {
+    /// The step in disparity from a corner to the farthest that is seen beside it; 0 where something nearer is seen, or nothing
+    /// that is another surface.
+    float step_at(const outline_corner& c) const {
         float nearest = c.disparity, farthest = c.disparity;
         for (const std::int32_t y : {c.y - 1, c.y})
             for (const std::int32_t x : {c.x - 1, c.x}) {
                 const float there = seen_at(x, y, c.disparity);
                 nearest = (std::max)(nearest, there), farthest = (std::min)(farthest, there);
             }
-        return surface_.same_surface(nearest, c.disparity) && !surface_.same_surface(farthest, c.disparity);
+        const bool is_in_front = surface_.same_surface(nearest, c.disparity) && !surface_.same_surface(farthest, c.disparity);
+        return is_in_front ? c.disparity - farthest : 0.0F;
     }
 
-    void find_silhouettes() {
-        in_front_.clear();
-        for (std::int32_t i = 0; i < corners_.count(); ++i) in_front_.push_back(is_in_front(corner(i)) ? 1 : 0);
-        normals_.clear();
-        is_soft_.clear();
+    /// Finds the steps and normals of a piece's edges.
+    void load(std::int32_t piece) {
+        corners_.assign(flat_.open_corners.begin() + flat_.first_open_corner[piece],
+                        flat_.open_corners.begin() + flat_.first_open_corner[piece + 1]);
+        is_closed_ = flat_.outlines.pieces[piece].start == flat_.outlines.pieces[piece].end;
+        normals_.clear(), steps_.clear();
+        float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const outline_corner &a = corner(i), &b = corner(i + 1);
             const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = std::hypot(dx, dy);
             const bool on_border =
                 (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
-            is_soft_.push_back(length > 0 && !on_border && in_front_[i] != 0 && in_front_[i + 1] != 0 ? 1 : 0);
+            const float step_after = step_at(b);
+            const bool has_step = length > 0 && !on_border && step_before > 0 && step_after > 0;
+            steps_.push_back(has_step ? 0.5F * (step_before + step_after) : 0.0F);
             normals_.push_back(length > 0 ? vector{dy / length, -dx / length} : vector{});  // the chart lies to the right
+            step_before = step_after;
         }
     }
+
+    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= least_step_; }
 
     /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
     float matte_beyond(const outline_corner& c, vector normal) const {
@@ -124,9 +143,9 @@ private:
     void find_rims() {
         rims_.assign(corners_.size(), vector{});
         const std::int32_t last = edge_count();
-        for (std::int32_t i = 0; i <= last; ++i) {
+        for (std::int32_t i = 0; i < corners_.count(); ++i) {
             const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
-            if (before < 0 || after < 0 || is_soft_[before] == 0 || is_soft_[after] == 0) continue;  // tapers off
+            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // tapers off
             const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
             const float squared = sum.x * sum.x + sum.y * sum.y;
             if (squared < 0.5F) continue;  // a spike
@@ -142,7 +161,7 @@ private:
         vertices_.assign(corners_.size(), {no_vertex, no_vertex});
         for (std::int32_t i = 0; i < edge_count(); ++i) {
             const bool is_point = rims_[i].x == 0 && rims_[i].y == 0 && rims_[i + 1].x == 0 && rims_[i + 1].y == 0;
-            if (is_soft_[i] == 0 || is_point) continue;
+            if (!is_soft(i) || is_point) continue;
             const auto [a, outer_a] = vertices_at(i);
             const auto [b, outer_b] = vertices_at(i + 1);
             quads_.push_back({0.5F * (corner(i).disparity + corner(i + 1).disparity), a, b, outer_a, outer_b});
@@ -177,9 +196,11 @@ private:
     std::array<std::int32_t, 2> to_atlas_{};
     std::array<float, 2> scale_{};
     bool is_closed_ = false;
+    float least_step_ = 0;
     buffer<std::int32_t> corners_;  // of the piece
-    buffer<std::uint8_t> in_front_, is_soft_;
-    buffer<vector> normals_, rims_;
+    buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
+    buffer<vector> normals_;        // of its edges, outwards
+    buffer<vector> rims_;           // of its corners: from there to the end of the strip
     buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
     buffer<quad> quads_;
     soft_edge_strip strip_;
