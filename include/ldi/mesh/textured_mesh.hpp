@@ -13,7 +13,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3
     buffer<float> texture_coordinates;  ///< W x 2
-    buffer<std::uint8_t> opacity;       ///< W; 255 where the mesh ends, 0 where nothing is left of it
+    buffer<std::uint8_t> opacity;       ///< W, 0 to 255; 0 where nothing is left of the mesh
     buffer<std::uint32_t> triangles;    ///< G x 3 indices of these vertices, counter-clockwise seen from the photo's camera
 
     std::size_t vertex_count() const { return opacity.size(); }

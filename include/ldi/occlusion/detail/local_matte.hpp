@@ -22,7 +22,7 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 struct mixture {
     float alpha = 0;  ///< the foreground's share
     float_color foreground{}, background{};
-    int confidence = 0;  ///< 0 to 4
+    int confidence = 0;  ///< 0 to 8, against 1 for each of four neighbors
 };
 
 /// The mixture of a foreground and a background sample that is nearest to a color. One that is nearly pure is preferred, because
@@ -48,7 +48,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
         }
     // A tenth of the contrast is what grain makes of a mixture; half of it is another color.
     const float error = std::sqrt(least / (contrast + 1.0F));
-    best.confidence = static_cast<int>(std::clamp(5.0F - 10.0F * error, 0.0F, 4.0F));
+    best.confidence = static_cast<int>(std::clamp(10.0F - 20.0F * error, 0.0F, 8.0F));
     return best;
 }
 

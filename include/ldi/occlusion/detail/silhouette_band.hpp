@@ -87,21 +87,31 @@ private:
         }
     }
 
-    /// Walks away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to the
-    /// one farthest from all silhouettes. False where that is as near as the mixed ones.
+    /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
+    /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
     bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
-        const bool in_front = best.in_front;
         bool is_behind = false;
-        for (std::int32_t pixel = from; pixel != no_pixel && !is_behind; pixel = graph_.neighbor(pixel, away)) {
-            const std::int32_t here = find(pixel);
-            is_behind = here < 0;
-            if (is_behind)
-                best.pixel = pixel;
-            else if (places_[here].in_front != in_front)
+        // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
+        for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
+            const place here = best;
+            const auto step = [&](side s) {
+                const std::int32_t pixel = graph_.neighbor(here.pixel, s);
+                if (pixel == no_pixel || is_behind) return;
+                const std::int32_t there = find(pixel);
+                is_behind = there < 0;
+                if (is_behind)
+                    best.pixel = pixel;
+                else if (places_[there].in_front == here.in_front && places_[there].distance > best.distance)
+                    best = places_[there];
+            };
+            step(away);
+            for (const side s : all_sides) step(s);
+            if (best.pixel != here.pixel) continue;
+            const std::int32_t next = graph_.neighbor(here.pixel, away);
+            if (next == no_pixel || places_[find(next)].in_front != here.in_front || places_[find(next)].distance < here.distance)
                 break;
-            else if (places_[here].distance > best.distance)
-                best = places_[here];
+            best = places_[find(next)];
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(best.pixel) + c]);
         return is_behind || best.distance >= 2;
