@@ -86,16 +86,22 @@ TEST_CASE("beside a silhouette the shares of the two surfaces are found to a ten
     }
 }
 
-TEST_CASE("what is not mixed keeps its colors but for some pixels") {
+TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the background beside the silhouette") {
     std::mt19937 random(6);
     for (int round = 0; round < 10; ++round) {
         const disc_scene scene(random, 0.001F);
         ldi::photo_layer layer = scene.photo;
         ldi::unmix_colors(layer);
         std::size_t changed = 0;
-        for (std::size_t i = 0; i < layer.size(); ++i) {
-            const bool is_same = scene.distance(layer, i, scene.alpha.data()[i] > 0.5F ? scene.front : scene.back) < 2;
-            changed += is_same && layer.column<ldi::known_column>()[i] == 1 ? 0 : 1;
+        const ldi::buffer<float>& disparity = layer.column<ldi::disparity_column>();
+        for (std::int32_t i = 0; i < layer.topology.count(); ++i) {
+            bool touches_silhouette = false;
+            for (const ldi::side s : ldi::all_sides)
+                if (layer.topology.neighbor(i, s) == ldi::no_pixel && disparity[i] < 0.5F) touches_silhouette = true;
+            const std::size_t at = static_cast<std::size_t>(i);
+            const bool is_same = scene.distance(layer, at, disparity[i] > 0.5F ? scene.front : scene.back) < 2;
+            const bool is_known = layer.column<ldi::known_column>()[i] == 1;
+            changed += touches_silhouette || (is_same && is_known) ? 0U : 1U;
         }
         CHECK(changed < 5);
     }
