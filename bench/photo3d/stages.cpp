@@ -74,7 +74,7 @@ const auto registered = [] {
     measure("occluded geometry", 31, [](benchmark::State& state) {
         ldi::photo_layer layers = untimed(state, [] {
             ldi::photo_layer lifted = ldi::lift(photo().photo, photo().disparity);
-            ldi::mark_mixed_colors(lifted, options.mixed_colors);
+            ldi::unmix_colors(lifted, options.mixed_colors);
             return lifted;
         });
         const auto curves = ldi::find_discontinuity_curves(layers, options.curves);

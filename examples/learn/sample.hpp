@@ -58,7 +58,7 @@ inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);
     ldi::close_spurious_discontinuities(layer, curves);
-    ldi::mark_mixed_colors(layer);
+    ldi::unmix_colors(layer);
     return ldi::expand(std::move(layer), curves, {.motion = 1.0F, .iterations = iterations});
 }
 

@@ -103,6 +103,7 @@ struct photo3d {
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
     buffer<discontinuity_curve> curves;
+    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
     photo_layers layers;
     chart_set charts;
     texture_atlas atlas;
@@ -198,7 +199,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     lifted.range = normalized.range;
     result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
-    mark_mixed_colors(lifted, options.mixed_colors);
+    result.matte = unmix_colors(lifted, options.mixed_colors);
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);
@@ -215,7 +216,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("chart padding", 1.0F);
 
     progress.report("meshing", 0.0F);
-    result.mesh = build_mesh(result.layers, result.charts, result.atlas, options.mesh, threads);
+    result.mesh = build_mesh(result.layers, result.charts, result.atlas, {result.disparity, result.matte}, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
 }

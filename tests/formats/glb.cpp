@@ -32,6 +32,20 @@ textured_mesh make_sheet(std::uint32_t columns, std::uint32_t rows) {
     return mesh;
 }
 
+/// The same with soft edges: a strip of as many triangles as given along its left border.
+textured_mesh make_soft_sheet(std::uint32_t columns, std::uint32_t rows, std::uint32_t triangles) {
+    textured_mesh mesh = make_sheet(columns, rows);
+    soft_edge_strip& strip = mesh.soft_edges;
+    for (std::uint32_t i = 0; i < triangles + 2; ++i) {
+        const float y = static_cast<float>(i) / static_cast<float>(triangles + 2);
+        strip.positions.insert(strip.positions.end(), {i % 2 == 0 ? -0.5F : -0.51F, 0.5F - y, -2.0F - y});
+        strip.texture_coordinates.insert(strip.texture_coordinates.end(), {0.5F, y});
+        strip.opacity.push_back(static_cast<std::uint8_t>(i % 2 == 0 ? 128 : 0));
+        if (i < triangles) strip.triangles.insert(strip.triangles.end(), {i, i + 1 + i % 2, i + 2 - i % 2});
+    }
+    return mesh;
+}
+
 pinhole_camera some_camera() {
     pinhole_camera camera;
     camera.width = 768, camera.height = 1024, camera.focal_length = 1000;
@@ -121,6 +135,27 @@ TEST_CASE("indices have 16 bits below 65,536 vertices and 32 bits from there") {
             CHECK(model.accessors.at(static_cast<std::size_t>(indices)).componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
             CHECK(accessor_values<std::uint32_t>(model, indices) == mesh.triangles);
         }
+    }
+}
+
+TEST_CASE("soft edges are a second primitive, blended, with opacity as the alpha of white vertices") {
+    const byte_string texture = encode_jpeg(smooth_picture(16, 32, 3), 85);
+    for (const std::uint32_t rows : {2U, 3U}) {
+        const textured_mesh mesh = make_soft_sheet(2, rows, 7);
+        const tinygltf::Model model = read_back(encode_glb(mesh, texture));
+        REQUIRE(model.meshes.at(0).primitives.size() == 2);
+        const tinygltf::Primitive &opaque = model.meshes[0].primitives[0], &soft = model.meshes[0].primitives[1];
+        CHECK(accessor_values<float>(model, opaque.attributes.at("POSITION")) == mesh.positions);
+        CHECK(opaque.attributes.count("COLOR_0") == 0);
+        CHECK(accessor_values<float>(model, soft.attributes.at("POSITION")) == mesh.soft_edges.positions);
+        const buffer<std::uint8_t> colors = accessor_values<std::uint8_t>(model, soft.attributes.at("COLOR_0"));
+        REQUIRE(colors.size() == 4 * mesh.soft_edges.vertex_count());
+        for (std::size_t i = 0; i < colors.size(); ++i) CHECK(colors[i] == (i % 4 < 3 ? 255 : mesh.soft_edges.opacity[i / 4]));
+        const buffer<std::uint16_t> indices = accessor_values<std::uint16_t>(model, soft.indices);
+        CHECK(buffer<std::uint32_t>(indices.begin(), indices.end()) == mesh.soft_edges.triangles);
+        CHECK(model.materials.at(static_cast<std::size_t>(opaque.material)).alphaMode == "OPAQUE");
+        CHECK(model.materials.at(static_cast<std::size_t>(soft.material)).alphaMode == "BLEND");
+        CHECK(view_bytes(model, model.images.at(0).bufferView) == texture);
     }
 }
 
@@ -230,6 +265,7 @@ TEST_CASE("the Khronos validator finds no error and no warning") {
     const buffer<std::byte> png = encode_plain_png(smooth_picture(33, 31, 3));
     add("png.glb", make_sheet(9, 8), byte_string(png.begin(), png.end()), {.camera = some_camera()});
     add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}}, texture, {});
+    add("soft.glb", make_soft_sheet(20, 30, 9), texture, {.camera = some_camera()});
     add("many.glb", make_sheet(300, 300), encode_jpeg(smooth_picture(16, 16, 3), 100), {.camera = some_camera()});
     const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";
     CHECK(std::system((validate + paths + " > /dev/null").c_str()) == 0);

@@ -28,6 +28,8 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.alignment.shortest_length == 20);
     CHECK(o.mixed_colors.foreground_margin == 2);
     CHECK(o.mixed_colors.background_margin == 1);
+    CHECK(o.mixed_colors.reach == 4.0F / 1536.0F);
+    CHECK(o.mixed_colors.contrast == 40.0F);
     CHECK(o.curves.tangent_length == 20);
     CHECK(o.grain.strength == 0.6F);
     CHECK(o.grain.limit == 20.0F);
@@ -42,6 +44,9 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.mesh.outlines.tolerance == 1.0F);
     CHECK(o.mesh.outlines.disparity_tolerance == 0.01F);
     CHECK(o.mesh.outlines.texture_tolerance == 0.5F);
+    CHECK(o.mesh.soft_edges.least_width == 1.0F);
+    CHECK(o.mesh.soft_edges.most_width == 3.0F);
+    CHECK(o.mesh.soft_edges.largest_share == 0.08F);
     CHECK(o.mesh.studs.spacing == 24);
     CHECK(o.mesh.studs.disparity_tolerance == 0.006F);
     CHECK(o.mesh.studs.clearance == 4);

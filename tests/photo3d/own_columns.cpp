@@ -49,7 +49,7 @@ TEST_CASE(
         auto layer = add_column<material_column>(add_column<normal_column>(lift(photo, disparity), normals), materials);
         const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {.shortest_length = 4});
         close_spurious_discontinuities(layer, curves);
-        mark_mixed_colors(layer);
+        unmix_colors(layer);
         auto layers = expand(std::move(layer), std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10});
         const serial_executor threads;
         diffusion_inpainter().inpaint(layers, {}, threads);

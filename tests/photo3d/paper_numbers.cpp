@@ -181,9 +181,10 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, also whe
     CHECK(beyond == 0);
 }
 
-TEST_CASE("beside a silhouette two pixels of the foreground and one of the background are refilled") {
+TEST_CASE(
+    "beside a silhouette between surfaces that look alike, two pixels of the foreground and one of the background are refilled") {
     ldi::photo_layer layer = lifted(two_sides(12, 40, 20));
-    ldi::mark_mixed_colors(layer);
+    ldi::unmix_colors(layer);
     for (std::size_t i = 0; i < layer.size(); ++i) {
         const std::int32_t x = layer.topology.x[i];
         REQUIRE((layer.column<ldi::known_column>()[i] == 0) == (x >= 19 && x < 22));

@@ -299,6 +299,34 @@ TEST_CASE("back faces are left out only where asked") {
     CHECK(rasterize(back, flat_texture(9), v).coverage(10, 10, 0) == 255);
 }
 
+TEST_CASE("soft edges are laid over what is farther, in their order, and neither cover anything nor have depth") {
+    const view v = view_of(40, 20);
+    image<std::uint8_t> texture(1, 2, 3, std::uint8_t{0});
+    for (std::size_t c = 0; c < 3; ++c) texture(0, 1, c) = 200;  // dark on the left, light on the right
+    textured_mesh mesh;
+    add_rectangle(mesh, v.camera, 0, 0, 30, 20, 3), add_rectangle(mesh, v.camera, 0, 0, 40, 5, 1);
+    for (float& u : mesh.texture_coordinates) u = 0;
+    const rendering hard = rasterize(mesh, texture, v);
+    textured_mesh strip;
+    add_rectangle(strip, v.camera, 10, 0, 40, 20, 2), add_rectangle(strip, v.camera, 10, 15, 40, 20, 1.5F);
+    mesh.soft_edges.positions = strip.positions, mesh.soft_edges.triangles = strip.triangles;
+    for (std::size_t i = 0; i < 8; ++i) {
+        mesh.soft_edges.texture_coordinates.insert(mesh.soft_edges.texture_coordinates.end(), {i < 4 ? 1.0F : 0.0F, 0.5F});
+        mesh.soft_edges.opacity.push_back(i < 4 && i % 4 >= 2 ? 0 : i < 4 ? 255 : 128);
+    }
+    const rendering soft = rasterize(mesh, texture, v);
+    CHECK(soft.coverage == hard.coverage);
+    CHECK(soft.depth == hard.depth);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            const float opacity = x < 10 || y < 5 ? 0.0F : 1 - (static_cast<float>(x) + 0.5F - 10) / 30;
+            const float over = 200 * opacity * (y < 15 ? 1.0F : 127.0F / 255);
+            REQUIRE(std::abs(static_cast<float>(soft.color(y, x, 0)) - over) < 1.6F);
+        }
+    mesh.soft_edges.opacity.pop_back();
+    CHECK_THROWS_AS(rasterize(mesh, texture, v), ldi::error);
+}
+
 TEST_CASE("supersampling gives a pixel's covered share and mixes its colors") {
     const view v = view_of(8, 8);
     textured_mesh mesh;

@@ -38,7 +38,7 @@ inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t large
 
 /// A lifted photo with its hidden surfaces, every pixel colored.
 inline photo_layers with_hidden_surfaces(photo_layer lifted) {
-    mark_mixed_colors(lifted);
+    unmix_colors(lifted);
     const auto curves = find_discontinuity_curves(lifted);
     photo_layers layers = expand(std::move(lifted), curves, {.motion = 1.0F, .iterations = 50});  // far behind what hides them
     const serial_executor threads;

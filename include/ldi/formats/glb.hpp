@@ -7,11 +7,10 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/detail/decimal.hpp>
+#include <ldi/formats/detail/glb_contents.hpp>
 #include <ldi/formats/detail/picture_format.hpp>
 #include <ldi/formats/plain_png.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
-#include <ldi/version.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,7 +19,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,7 +39,8 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its texture: one node, mesh and primitive. Positions are float32, texture coordinates normalized
+/// A GLB file of a mesh and its texture: one node and mesh; one primitive, and where edges are soft a second one, which viewers
+/// blend over the first (COLOR_0 with alpha). Positions are float32, texture coordinates normalized
 /// 16-bit, indices 16-bit below 65,536 vertices and 32-bit from there. Every vertex that no triangle uses is kept.
 ///
 /// texture  a JPEG or PNG file
@@ -58,13 +57,13 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, image_view<const 
 
 namespace detail {
 
-inline void check_mesh(const textured_mesh& mesh) {
-    LDI_ASSERT(mesh.positions.size() % 3 == 0 && mesh.triangles.size() % 3 == 0);
-    LDI_ASSERT(mesh.texture_coordinates.size() / 2 == mesh.vertex_count() && mesh.texture_coordinates.size() % 2 == 0);
+template <class Mesh>
+void check_triangles_of_file(const Mesh& mesh) {
+    LDI_ASSERT(mesh.positions.size() == 3 * mesh.vertex_count() && mesh.triangles.size() % 3 == 0);
+    LDI_ASSERT(mesh.texture_coordinates.size() == 2 * mesh.vertex_count());
     const auto broken = [](const char* expected, const std::string& found) {
         raise(error_code::invalid_data, "encode_glb", expected, found);
     };
-    if (mesh.triangles.empty()) broken("a mesh with triangles", "none");
     for (float p : mesh.positions)
         if (!std::isfinite(p)) broken("finite positions", std::to_string(p));
     for (float t : mesh.texture_coordinates)
@@ -74,94 +73,20 @@ inline void check_mesh(const textured_mesh& mesh) {
             broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
 }
 
+inline void check_mesh(const textured_mesh& mesh) {
+    if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
+    check_triangles_of_file(mesh);
+    check_triangles_of_file(mesh.soft_edges);
+}
+
 }  // namespace detail
 
 namespace detail::glb {
 
-// Numbers of glTF 2.0 and of its container.
-inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
-inline constexpr int vertices = 34962, indices = 34963;
-inline constexpr int unsigned_short = 5123, unsigned_int = 5125, float32 = 5126;
-
-/// Numbers and pieces of JSON one after another.
-class json_text {
-public:
-    template <class... Parts>
-    void add(const Parts&... parts) {
-        (add_part(parts), ...);
-    }
-    const buffer<char>& text() const { return text_; }
-
-private:
-    void add_part(std::string_view part) { text_.append(part.begin(), part.end()); }
-    void add_part(double number) { append_decimal(text_, number); }
-    template <std::integral Integer>
-    void add_part(Integer number) {
-        add_part(std::string_view(std::to_string(number)));
-    }
-    void add_part(const std::array<double, 3>& numbers) { add("[", numbers[0], ",", numbers[1], ",", numbers[2], "]"); }
-
-    buffer<char> text_;
-};
-
-/// A number of at most six digits behind the point that is this one, as far as they tell.
-inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
-
-/// The mesh's columns as they stand in the file, in an order that aligns each to its scalars without padding.
-struct contents {
-    const textured_mesh& mesh;
-    std::span<const std::byte> texture;
-    std::array<double, 3> lowest, highest;  ///< of positions
-
-    bool has_short_indices() const {
-        return mesh.vertex_count() < 65536;
-    }  // the index 65,535 itself is reserved, and not reached
-    std::size_t position_bytes() const { return mesh.positions.size() * sizeof(float); }
-    std::size_t coordinate_bytes() const { return mesh.texture_coordinates.size() * sizeof(std::uint16_t); }
-    std::size_t index_bytes() const {
-        return mesh.triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
-    }
-    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + index_bytes() + texture.size(); }
-};
-
-inline contents measured(const textured_mesh& mesh, std::span<const std::byte> texture) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    contents result{mesh, texture, {infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        const double p = double{mesh.positions[i]};
-        result.lowest[i % 3] = (std::min)(result.lowest[i % 3], p);
-        result.highest[i % 3] = (std::max)(result.highest[i % 3], p);
-    }
-    return result;
-}
-
-inline void add_accessors_and_views(json_text& json, const contents& c) {
-    const std::size_t count = c.mesh.vertex_count();
-    json.add(R"("accessors":[{"bufferView":0,"componentType":)", float32, R"(,"count":)", count);
-    json.add(R"(,"max":)", c.highest, R"(,"min":)", c.lowest, R"(,"type":"VEC3"},)");
-    json.add(R"({"bufferView":1,"componentType":)", unsigned_short, R"(,"count":)", count,
-             R"(,"normalized":true,"type":"VEC2"},)");
-    json.add(R"({"bufferView":2,"componentType":)", c.has_short_indices() ? unsigned_short : unsigned_int);
-    json.add(R"(,"count":)", c.mesh.triangles.size(), R"(,"type":"SCALAR"}],)");
-    json.add(R"("asset":{"generator":"ldi )", LDI_VERSION_MAJOR, ".", LDI_VERSION_MINOR, ".", LDI_VERSION_PATCH);
-    json.add(R"(","version":"2.0"},"bufferViews":[)");
-    std::size_t offset = 0;
-    const auto add_view = [&](std::size_t bytes, int target) {
-        json.add(offset > 0 ? "," : "", R"({"buffer":0,"byteLength":)", bytes);
-        if (offset > 0) json.add(R"(,"byteOffset":)", offset);
-        if (target != 0) json.add(R"(,"target":)", target);
-        json.add("}");
-        offset += bytes;
-    };
-    add_view(c.position_bytes(), vertices), add_view(c.coordinate_bytes(), vertices), add_view(c.index_bytes(), indices);
-    add_view(c.texture.size(), 0);
-    json.add(R"(],"buffers":[{"byteLength":)", offset, "}],");
-}
-
 /// A camera at the origin, looking along -z as glTF's do by themselves.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
-    const double nearest = -c.highest[2], farthest = (std::max)(0.0, -c.lowest[2]);
+    const double nearest = -c.mesh.highest[2], farthest = (std::max)(0.0, -c.mesh.lowest[2]);
     // Room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
@@ -175,13 +100,20 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     json.add("{");
     add_accessors_and_views(json, c);
     if (options.camera) add_camera(json, *options.camera, c);
-    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":3,"mimeType":")",
+    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":)", c.has_strip() ? 7 : 3, R"(,"mimeType":")",
              is_png(c.texture) ? "image/png" : "image/jpeg", R"("}],)");
     // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
-    json.add(R"("materials":[{)", options.double_sided ? R"("doubleSided":true,)" : "");
-    json.add(R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
-             R"("metallicFactor":0.0}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},)",
-             R"("indices":2,"material":0,"mode":4}]}],"nodes":[{"mesh":0,"name":"3D photo"})");
+    json.add(R"("materials":[)");
+    const auto add_material = [&](std::string_view blending) {
+        json.add("{", blending, options.double_sided ? R"("doubleSided":true,)" : "",
+                 R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
+                 R"("metallicFactor":0.0}})");
+    };
+    add_material("");
+    if (c.has_strip()) json.add(","), add_material(R"("alphaMode":"BLEND",)");
+    json.add(R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"indices":2,"material":0,"mode":4})");
+    if (c.has_strip()) json.add(R"(,{"attributes":{"COLOR_0":5,"POSITION":3,"TEXCOORD_0":4},"indices":6,"material":1,"mode":4})");
+    json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
     // Linear filters, with mip maps; nothing repeats beyond the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
@@ -213,19 +145,28 @@ private:
     std::byte* to_;
 };
 
-inline void put_contents(writer& to, const contents& c) {
-    for (const float p : c.mesh.positions) {
+template <class Mesh>
+void put_geometry(writer& to, const geometry<Mesh>& g) {
+    for (const float p : g.mesh.positions) {
         std::uint32_t bits;
         std::memcpy(&bits, &p, sizeof bits);
         to.put(bits);
     }
-    for (const float t : c.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    for (const std::uint32_t i : c.mesh.triangles) {
-        if (c.has_short_indices())
+    for (const float t : g.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    if constexpr (geometry<Mesh>::has_opacity)
+        for (const std::uint8_t opacity : g.mesh.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const std::uint32_t i : g.mesh.triangles) {
+        if (g.has_short_indices())
             to.put(static_cast<std::uint16_t>(i));
         else
             to.put(i);
     }
+}
+
+inline void put_contents(writer& to, const contents& c) {
+    put_geometry(to, c.mesh);
+    to.put_padding(std::byte{0}, c.padding());
+    if (c.has_strip()) put_geometry(to, c.strip);
     to.put_bytes(c.texture.data(), c.texture.size());
 }
 
@@ -238,7 +179,7 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
         raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", detail::describe_format(texture));
     detail::read_picture_header(texture, "texture");
 
-    const contents parts = measured(mesh, texture);
+    const contents parts{geometry(mesh), geometry(mesh.soft_edges), texture};
     if (parts.bytes() > 0xFFFF0000)
         raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
     const buffer<char> json = describe(parts, options);

@@ -9,6 +9,7 @@
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
+#include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/texture/atlas.hpp>
 
@@ -102,6 +103,24 @@ public:
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
     }
 
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_silhouettes& seen,
+                        const soft_edge_options& options) {
+        // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
+        constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
+        const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
+                            triangle_bytes * nearest_float(mesh_.triangle_count()) +
+                            texel_bytes * nearest_float(atlas.color.size() / 3);
+        soft_edge_builder builder(flat_, seen, layers_.surface, layers_.camera, layers_.range, options);
+        builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
+        for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
+            const std::int32_t c = flat_.outlines.pieces[p].right_chart;
+            const std::array<std::int32_t, 2> to_atlas{atlas.placements[c].x - charts.charts[c].x,
+                                                       atlas.placements[c].y - charts.charts[c].y};
+            builder.add_piece(p, to_atlas, {u_scale_, v_scale_});
+        }
+        mesh_.soft_edges = builder.finish();
+    }
+
     textured_mesh finish() { return std::move(mesh_); }
 
 private:
@@ -138,13 +157,14 @@ private:
 /// layers  in canonical order; disparities are clamped to [0, 1]
 /// charts  a partition of the pixels (make_charts)
 /// atlas   of these charts
+/// seen    for soft edges; without them the mesh's are hard
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const mesh_options& options = {}, Executor&& threads = {}) {
+                         const visible_silhouettes& seen, const mesh_options& options, Executor&& threads = {}) {
     const graph& g = layers.topology;
     const pinhole_camera& camera = layers.camera;
     const buffer<chart_placement>& placements = atlas.placements;
@@ -153,11 +173,31 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
               "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
+    const soft_edge_options& soft = options.soft_edges;
+    if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64 && soft.largest_share >= 0))
+        raise(error_code::invalid_option, "soft_edge_options",
+              "widths from 0 to 64, the least not above the most, a share of 0 or more",
+              std::to_string(soft.least_width) + ", " + std::to_string(soft.most_width) + " and " +
+                  std::to_string(soft.largest_share));
+    const bool is_soft = soft.least_width > 0 && !seen.matte.empty();
+    const auto has_size_of_photo = [&](const auto& picture) {
+        return picture.height() == static_cast<std::size_t>(g.height) && picture.width() == static_cast<std::size_t>(g.width);
+    };
+    if (is_soft && !(has_size_of_photo(seen.matte) && has_size_of_photo(seen.disparity)))
+        raise(error_code::mismatch, "build_mesh", "a matte and disparities of the photo's size", "others");
     const flat_mesh flat = build_flat_mesh(layers, charts, options, threads);
 
     detail::mesh_assembler assembler(layers, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
+    if (is_soft) assembler.add_soft_edges(charts, atlas, seen, soft);
     return assembler.finish();
+}
+
+/// The same with hard edges.
+template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
+textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
+    return build_mesh(layers, charts, atlas, visible_silhouettes(), options, threads);
 }
 
 }  // namespace ldi

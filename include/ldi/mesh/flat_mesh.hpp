@@ -25,9 +25,19 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
+/// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
+struct soft_edge_options {
+    float least_width = 1.0F;  ///< 0: edges are hard
+    float most_width = 3.0F;   ///< where the matte carries farther; less than the atlas has padding
+    /// The strip takes at most about this share of the bytes that mesh and texture take in a file. Where that is not enough, it
+    /// runs along the largest steps in disparity.
+    float largest_share = 0.08F;
+};
+
 struct mesh_options {
     simplify_options outlines;
     stud_options studs;
+    soft_edge_options soft_edges;
 };
 
 /// The triangles of one chart, in the plane of the photo.
@@ -43,6 +53,9 @@ struct flat_mesh {
     chart_outlines outlines;
     stud_set studs;
     buffer<chart_mesh> charts;
+    /// What simplification left of pieces with a chart on one side only: piece p has the corners
+    /// open_corners[first_open_corner[p] .. first_open_corner[p + 1]), other pieces none.
+    buffer<std::int32_t> open_corners, first_open_corner;
 };
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
@@ -293,6 +306,13 @@ flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const m
     flat.charts.resize(charts.charts.size());
     simplified_boundary boundary(flat.outlines, options.outlines, layers.range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
+    flat.first_open_corner.push_back(0);
+    for (std::int32_t p = 0; p < flat.outlines.pieces.count(); ++p) {
+        const std::span<const std::int32_t> kept = boundary.corners(p);
+        if (flat.outlines.pieces[p].left_chart == no_chart)
+            flat.open_corners.insert(flat.open_corners.end(), kept.begin(), kept.end());
+        flat.first_open_corner.push_back(flat.open_corners.count());
+    }
     return flat;
 }
 

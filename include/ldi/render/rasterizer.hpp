@@ -35,7 +35,8 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
 
-/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins.
+/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
+/// edges are laid over what is behind them, and neither have depth nor cover anything.
 ///
 /// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
 /// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
@@ -46,7 +47,8 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
 
 namespace detail {
 
-inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
     const std::size_t count = mesh.vertex_count();
     if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
         raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
@@ -59,6 +61,11 @@ inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>&
     for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
         for (const float value : *values)
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+}
+
+inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
     if (texture.channels() != 3 || texture.size() == 0)
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
               std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
@@ -120,6 +127,22 @@ struct sample_band {
                 if (here <= inverse_depth[i]) continue;
                 inverse_depth[i] = here;
                 color[i] = shade(values.u(x, y), values.v(x, y));
+            }
+        });
+    }
+
+    /// Lays a translucent triangle over what is farther.
+    template <class Shade>
+    void blend(const screen_triangle& t, Shade&& shade) {
+        const translucent_values values(t);
+        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+            std::int64_t i = (y - first_row) * width + first;
+            for (std::int64_t x = first; x < last; ++x, ++i) {
+                if (static_cast<float>(values.inverse_depth(x, y)) <= inverse_depth[i]) continue;
+                const float opacity = values.opacity(x, y);
+                const std::array<std::uint8_t, 3> over = shade(values.u(x, y), values.v(x, y));
+                for (std::size_t c = 0; c < 3; ++c)
+                    color[i][c] = rounded_mean(opacity * nearest_float(over[c]) + (1 - opacity) * nearest_float(color[i][c]));
             }
         });
     }
@@ -223,6 +246,9 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
     for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
+    const std::int32_t opaque = triangles.count();
+    const soft_edge_strip& strip = mesh.soft_edges;
+    for (std::size_t i = 0; i < strip.triangles.size() / 3; ++i) projection.append(strip, i, options.both_sides, triangles);
 
     return detail::draw_in_bands(
         from.camera, options, triangles.count(),
@@ -231,7 +257,11 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
             return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
         [&](std::int32_t i, detail::sample_band& band) {
-            band.draw(triangles[i], [&](double u, double v) { return detail::bilinear(texture, u, v); });
+            const auto shade = [&](double u, double v) { return detail::bilinear(texture, u, v); };
+            if (i < opaque)
+                band.draw(triangles[i], shade);
+            else
+                band.blend(triangles[i], shade);
         },
         threads);
 }

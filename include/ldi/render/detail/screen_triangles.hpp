@@ -26,6 +26,7 @@ struct screen_vertex {
     std::int64_t x = 0, y = 0;  ///< in 1 / subsample_steps of a sample; y down
     double inverse_depth = 0;
     double u = 0, v = 0;  ///< texture coordinates
+    double opacity = 1;
 };
 
 using screen_triangle = std::array<screen_vertex, 3>;
@@ -104,19 +105,35 @@ public:
     double u(std::int64_t x, std::int64_t y) const { return at(u_, x, y) / inverse_depth(x, y); }
     double v(std::int64_t x, std::int64_t y) const { return at(v_, x, y) / inverse_depth(x, y); }
 
-private:
+protected:
     double at(const screen_plane& plane, std::int64_t x, std::int64_t y) const {
         return plane.at(nearest_double(x) - x0_, nearest_double(y) - y0_);
     }
 
+private:
     screen_plane inverse_, u_, v_;
     double least_, most_, x0_, y0_;
+};
+
+/// The same of a translucent triangle, and its opacity.
+class translucent_values : public screen_values {
+public:
+    explicit translucent_values(const screen_triangle& t)
+        : screen_values(t),
+          opacity_(t, t[0].opacity * t[0].inverse_depth, t[1].opacity * t[1].inverse_depth, t[2].opacity * t[2].inverse_depth) {}
+
+    float opacity(std::int64_t x, std::int64_t y) const {
+        return static_cast<float>(std::clamp(at(opacity_, x, y) / inverse_depth(x, y), 0.0, 1.0));
+    }
+
+private:
+    screen_plane opacity_;
 };
 
 /// A vertex before projection: in the camera's axes.
 struct camera_vertex {
     std::array<double, 3> position;
-    double u, v;
+    double u, v, opacity;
 };
 
 /// Clips triangles to what can be projected safely and brings them to the screen.
@@ -125,8 +142,9 @@ public:
     projection(const view& from, std::int32_t samples, float z_near)
         : from_(from), samples_(samples), z_near_(z_near), slope_(guard_band / (double{from.camera.focal_length} * samples)) {}
 
-    /// Appends the screen triangles of one triangle of the mesh, wound as signed_area wants it.
-    void append(const textured_mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
+    /// Appends the screen triangles of one triangle of a mesh or strip, wound as signed_area wants it.
+    template <class Mesh>
+    void append(const Mesh& mesh, std::size_t triangle, bool both_sides, buffer<screen_triangle>& result) const {
         std::array<camera_vertex, 8> corners;  // every plane can add one to the first three
         std::size_t count = 3;
         for (std::size_t i = 0; i < 3; ++i) corners[i] = to_camera(mesh, mesh.triangles[3 * triangle + i]);
@@ -143,7 +161,7 @@ public:
 private:
     /// The point where an edge meets a plane, put exactly onto it: however far the ends lie apart, it can be projected.
     camera_vertex cut(const camera_vertex& a, const camera_vertex& b, double t, int plane) const {
-        camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v};
+        camera_vertex result{{}, (1 - t) * a.u + t * b.u, (1 - t) * a.v + t * b.v, (1 - t) * a.opacity + t * b.opacity};
         for (std::size_t i = 0; i < 3; ++i) result.position[i] = (1 - t) * a.position[i] + t * b.position[i];
         const double side = -result.position[2] * slope_;
         switch (plane) {
@@ -156,14 +174,17 @@ private:
         return result;
     }
 
-    camera_vertex to_camera(const textured_mesh& mesh, std::size_t vertex) const {
+    template <class Mesh>
+    camera_vertex to_camera(const Mesh& mesh, std::size_t vertex) const {
         // In double precision, where no finite mesh overflows.
         std::array<double, 3> moved{};
         for (std::size_t i = 0; i < 3; ++i) moved[i] = double{mesh.positions[3 * vertex + i]} - from_.position[i];
         std::array<double, 3> seen{};
         for (std::size_t i = 0; i < 3; ++i)
             for (std::size_t j = 0; j < 3; ++j) seen[i] += from_.rotation[3 * j + i] * moved[j];
-        return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1]};
+        double opacity = 1;
+        if constexpr (requires { mesh.opacity; }) opacity = mesh.opacity[vertex] / 255.0;
+        return {seen, mesh.texture_coordinates[2 * vertex], mesh.texture_coordinates[2 * vertex + 1], opacity};
     }
 
     /// Distance of a vertex from the near plane, or from one side of the guard band; positive inside.
@@ -205,7 +226,11 @@ private:
         const double scale = from_.camera.focal_length * inverse_depth;
         const double steps = nearest_double(subsample_steps) * samples_;
         return {std::llround((0.5 * from_.camera.width + v.position[0] * scale) * steps),
-                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps), inverse_depth, v.u, v.v};
+                std::llround((0.5 * from_.camera.height - v.position[1] * scale) * steps),
+                inverse_depth,
+                v.u,
+                v.v,
+                v.opacity};
     }
 
     view from_;

@@ -1,0 +1,215 @@
+// Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
+// opaque, and fades out over a pixel or two at the same distance, with colors from the padding of the atlas, which continues the
+// surface's. Where the photo's colors reach farther, as those of hair do, the strip does too (occlusion/mixed_colors.hpp has the
+// matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
+// strips.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/camera.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/surface.hpp>
+#include <ldi/mesh/flat_mesh.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// What is in sight from the photo's camera beside silhouettes. Empty: edges are hard.
+struct visible_silhouettes {
+    image_view<const float> disparity;     ///< H x W x 1, of the nearest surfaces
+    image_view<const std::uint8_t> matte;  ///< H x W x 1, from unmix_colors()
+};
+
+namespace detail {
+
+/// Makes the strip of one mesh, piece by piece.
+class soft_edge_builder {
+public:
+    soft_edge_builder(const flat_mesh& flat, const visible_silhouettes& seen, surface_rule surface, const pinhole_camera& camera,
+                      const depth_range& range, const soft_edge_options& options)
+        : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
+
+    /// Chooses the edges of the mesh that get a strip: of those on silhouettes, `count` with the largest steps.
+    void choose(std::size_t count) {
+        buffer<float> steps;
+        least_step_ = 0;
+        for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
+            load(p);
+            for (const float step : steps_)
+                if (step > 0) steps.push_back(step);
+        }
+        if (steps.size() <= count) return;
+        std::nth_element(steps.begin(), steps.begin() + (steps.size() - count), steps.end());
+        least_step_ = count > 0 ? steps[steps.size() - count] : std::numeric_limits<float>::infinity();
+    }
+
+    /// to_atlas  from the lattice to texels
+    /// scale     from texels to texture coordinates
+    void add_piece(std::int32_t piece, std::array<std::int32_t, 2> to_atlas, std::array<float, 2> scale) {
+        to_atlas_ = to_atlas, scale_ = scale;
+        load(piece);
+        find_rims();
+        add_quads();
+    }
+
+    /// From far to near.
+    soft_edge_strip finish() {
+        std::sort(quads_.begin(), quads_.end(), [](const quad& a, const quad& b) {
+            return a.disparity != b.disparity ? a.disparity < b.disparity : a.a < b.a;
+        });
+        for (const quad& q : quads_) {
+            if (q.outer_b != q.b) strip_.triangles.insert(strip_.triangles.end(), {q.a, q.b, q.outer_b});
+            if (q.outer_a != q.a) strip_.triangles.insert(strip_.triangles.end(), {q.a, q.outer_b, q.outer_a});
+        }
+        return std::move(strip_);
+    }
+
+private:
+    struct quad {
+        float disparity;
+        std::uint32_t a, b, outer_a, outer_b;
+    };
+    struct vector {
+        float x = 0, y = 0;
+    };
+    /// The mesh ends where a pixel belongs to it by half. With more than that, outlines swell: on the views of bench/quality, 255
+    /// instead costs 0.8 dB within two pixels of them.
+    static constexpr std::uint8_t opacity_at_edge = 128;
+    static constexpr std::uint32_t no_vertex = ~std::uint32_t{0};
+
+    const outline_corner& corner(std::int32_t i) const { return flat_.outlines.corners[corners_[i]]; }
+    std::int32_t edge_count() const { return (std::max)(corners_.count() - 1, 0); }
+
+    /// The disparity seen at a position, or that of nothing.
+    float seen_at(std::int32_t x, std::int32_t y, float nothing) const {
+        const bool inside = x >= 0 && y >= 0 && x < camera_.width && y < camera_.height;
+        return inside ? seen_.disparity(y, x) : nothing;
+    }
+
+    /// The step in disparity from a corner to the farthest that is seen beside it; 0 where something nearer is seen, or nothing
+    /// that is another surface.
+    float step_at(const outline_corner& c) const {
+        float nearest = c.disparity, farthest = c.disparity;
+        for (const std::int32_t y : {c.y - 1, c.y})
+            for (const std::int32_t x : {c.x - 1, c.x}) {
+                const float there = seen_at(x, y, c.disparity);
+                nearest = (std::max)(nearest, there), farthest = (std::min)(farthest, there);
+            }
+        const bool is_in_front = surface_.same_surface(nearest, c.disparity) && !surface_.same_surface(farthest, c.disparity);
+        return is_in_front ? c.disparity - farthest : 0.0F;
+    }
+
+    /// Finds the steps and normals of a piece's edges.
+    void load(std::int32_t piece) {
+        corners_.assign(flat_.open_corners.begin() + flat_.first_open_corner[piece],
+                        flat_.open_corners.begin() + flat_.first_open_corner[piece + 1]);
+        is_closed_ = flat_.outlines.pieces[piece].start == flat_.outlines.pieces[piece].end;
+        normals_.clear(), steps_.clear();
+        float step_before = corners_.empty() ? 0.0F : step_at(corner(0));
+        for (std::int32_t i = 0; i < edge_count(); ++i) {
+            const outline_corner &a = corner(i), &b = corner(i + 1);
+            const float dx = nearest_float(b.x - a.x), dy = nearest_float(b.y - a.y), length = std::hypot(dx, dy);
+            const bool on_border =
+                (a.x == b.x && (a.x == 0 || a.x == camera_.width)) || (a.y == b.y && (a.y == 0 || a.y == camera_.height));
+            const float step_after = step_at(b);
+            const bool has_step = length > 0 && !on_border && step_before > 0 && step_after > 0;
+            steps_.push_back(has_step ? 0.5F * (step_before + step_after) : 0.0F);
+            normals_.push_back(length > 0 ? vector{dy / length, -dx / length} : vector{});  // the chart lies to the right
+            step_before = step_after;
+        }
+    }
+
+    bool is_soft(std::int32_t edge) const { return steps_[edge] > 0 && steps_[edge] >= least_step_; }
+
+    /// The share of the foreground in what is seen behind it, summed up from the edge outwards.
+    float matte_beyond(const outline_corner& c, vector normal) const {
+        float sum = 0;
+        for (float t = 0.5F; t < options_.most_width; t += 1.0F) {
+            const std::int32_t x = static_cast<std::int32_t>(std::floor(nearest_float(c.x) + t * normal.x));
+            const std::int32_t y = static_cast<std::int32_t>(std::floor(nearest_float(c.y) + t * normal.y));
+            const float there = seen_at(x, y, c.disparity);
+            if (there >= c.disparity || surface_.same_surface(there, c.disparity)) break;
+            sum += nearest_float(seen_.matte(y, x)) / 255.0F;
+        }
+        return sum;
+    }
+
+    /// Where the strip ends, beside each corner that it begins at.
+    void find_rims() {
+        rims_.assign(corners_.size(), vector{});
+        const std::int32_t last = edge_count();
+        for (std::int32_t i = 0; i < corners_.count(); ++i) {
+            const std::int32_t before = i > 0 ? i - 1 : is_closed_ ? last - 1 : -1, after = i < last ? i : is_closed_ ? 0 : -1;
+            if (before < 0 || after < 0 || !is_soft(before) || !is_soft(after)) continue;  // tapers off
+            const vector sum{normals_[before].x + normals_[after].x, normals_[before].y + normals_[after].y};
+            const float squared = sum.x * sum.x + sum.y * sum.y;
+            if (squared < 0.5F) continue;  // a spike
+            const vector normal{sum.x / std::sqrt(squared), sum.y / std::sqrt(squared)};
+            // A share that falls evenly from 1 to 0 adds up to half of the width that it falls over.
+            const float width = std::clamp(2.0F * matte_beyond(corner(i), normal), options_.least_width, options_.most_width);
+            const float miter = (std::min)(2.0F / std::sqrt(squared), 1.5F);
+            rims_[i] = {width * miter * normal.x, width * miter * normal.y};
+        }
+    }
+
+    void add_quads() {
+        vertices_.assign(corners_.size(), {no_vertex, no_vertex});
+        for (std::int32_t i = 0; i < edge_count(); ++i) {
+            const bool is_point = rims_[i].x == 0 && rims_[i].y == 0 && rims_[i + 1].x == 0 && rims_[i + 1].y == 0;
+            if (!is_soft(i) || is_point) continue;
+            const auto [a, outer_a] = vertices_at(i);
+            const auto [b, outer_b] = vertices_at(i + 1);
+            quads_.push_back({0.5F * (corner(i).disparity + corner(i + 1).disparity), a, b, outer_a, outer_b});
+        }
+    }
+
+    /// The vertices on the edge and on the rim; where the strip tapers off, both are one.
+    std::pair<std::uint32_t, std::uint32_t> vertices_at(std::int32_t i) {
+        auto& [inner, outer] = vertices_[i];
+        if (inner != no_vertex) return vertices_[i];
+        inner = outer = add_vertex(corner(i), {}, opacity_at_edge);
+        if (rims_[i].x != 0 || rims_[i].y != 0) outer = add_vertex(corner(i), rims_[i], 0);
+        return vertices_[i];
+    }
+
+    std::uint32_t add_vertex(const outline_corner& c, vector offset, std::uint8_t opacity) {
+        const float x = nearest_float(c.x) + offset.x, y = nearest_float(c.y) + offset.y;
+        const std::array<float, 3> point = camera_.unproject(x, y, range_.depth(std::clamp(c.disparity, 0.0F, 1.0F)));
+        strip_.positions.append(point.begin(), point.end());
+        strip_.texture_coordinates.push_back(std::clamp((x + nearest_float(to_atlas_[0])) * scale_[0], 0.0F, 1.0F));
+        strip_.texture_coordinates.push_back(std::clamp((y + nearest_float(to_atlas_[1])) * scale_[1], 0.0F, 1.0F));
+        strip_.opacity.push_back(opacity);
+        return static_cast<std::uint32_t>(strip_.opacity.count() - 1);
+    }
+
+    const flat_mesh& flat_;
+    const visible_silhouettes& seen_;
+    surface_rule surface_;
+    const pinhole_camera& camera_;
+    const depth_range& range_;
+    const soft_edge_options& options_;
+    std::array<std::int32_t, 2> to_atlas_{};
+    std::array<float, 2> scale_{};
+    bool is_closed_ = false;
+    float least_step_ = 0;
+    buffer<std::int32_t> corners_;  // of the piece
+    buffer<float> steps_;           // of its edges; 0 where none is in front of another surface
+    buffer<vector> normals_;        // of its edges, outwards
+    buffer<vector> rims_;           // of its corners: from there to the end of the strip
+    buffer<std::pair<std::uint32_t, std::uint32_t>> vertices_;
+    buffer<quad> quads_;
+    soft_edge_strip strip_;
+};
+
+}  // namespace detail
+
+}  // namespace ldi

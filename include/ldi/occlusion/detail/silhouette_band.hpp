@@ -1,0 +1,127 @@
+// The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
+// surfaces there: samples from where neither is mixed with the other.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/core/graph.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+using float_color = std::array<float, 3>;
+
+inline float squared_distance(const float_color& a, const float_color& b) {
+    const float red = a[0] - b[0], green = a[1] - b[1], blue = a[2] - b[2];
+    return red * red + green * green + blue * blue;
+}
+
+/// One side of a pixel with a silhouette, and what the photo shows on both hands of it.
+struct silhouette_side {
+    std::int32_t front, back;  ///< the pixels on the near and on the far side
+    side towards_front;        ///< the side of `back` that `front` lies on
+    float_color foreground{}, background{};
+    bool can_tell = false;  ///< whether the two colors are known and differ
+};
+
+class silhouette_band {
+public:
+    struct place {
+        std::int32_t pixel;
+        std::int32_t side;      ///< the nearest one
+        std::int16_t distance;  ///< from it, in steps over links: 0 for pixels that touch it
+        bool in_front;          ///< whether the pixel belongs to the nearer of its two surfaces
+    };
+
+    /// g      in the order of a photo; every missing link inside the photo is a silhouette
+    /// reach  distances are below it
+    silhouette_band(const graph& g, const buffer<float>& disparity, int reach) : graph_(g), reach_(reach) {
+        const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
+            const bool a_is_nearer = disparity[a] > disparity[b];
+            sides_.push_back({a_is_nearer ? a : b, a_is_nearer ? b : a, a_is_nearer ? opposite(from_a) : from_a});
+        };
+        for (std::int32_t i = 0; i < g.count(); ++i) {
+            if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1, side::right);
+            if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width, side::down);
+        }
+        if (!sides_.empty()) grow();
+    }
+
+    const buffer<silhouette_side>& sides() const { return sides_; }
+    /// All pixels of the band, those that touch a silhouette first.
+    const buffer<place>& places() const { return places_; }
+    /// The index of a pixel in places(), -1 outside the band.
+    std::int32_t find(std::int32_t pixel) const { return place_of_.empty() ? -1 : place_of_[pixel]; }
+
+    /// Samples both surfaces at every side.
+    ///
+    /// colors    K x 3
+    /// contrast  the least distance between colors that can be told apart, in 1 / 255
+    void sample(const buffer<std::uint8_t>& colors, float contrast) {
+        for (silhouette_side& s : sides_) {
+            const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
+                                  sample(colors, s.back, opposite(s.towards_front), s.background);
+            s.can_tell = has_both && squared_distance(s.foreground, s.background) >= contrast * contrast;
+        }
+    }
+
+private:
+    void grow() {
+        place_of_.assign(graph_.size(), -1);
+        const auto visit = [&](const place& p) {
+            if (place_of_[p.pixel] >= 0) return;
+            place_of_[p.pixel] = places_.count();
+            places_.push_back(p);
+        };
+        for (std::int32_t s = 0; s < sides_.count(); ++s)
+            visit({sides_[s].front, s, 0, true}), visit({sides_[s].back, s, 0, false});
+        for (std::int32_t i = 0; i < places_.count() && places_[i].distance + 1 < reach_; ++i) {
+            place p = places_[i];
+            ++p.distance;
+            for (const side s : all_sides) {
+                const std::int32_t neighbor = graph_.neighbor(places_[i].pixel, s);
+                if (neighbor != no_pixel) p.pixel = neighbor, visit(p);
+            }
+        }
+    }
+
+    /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
+    /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
+    bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& color) const {
+        place best = places_[find(from)];
+        bool is_behind = false;
+        // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
+        for (int steps = 0; steps < 2 * reach_ + 2 && !is_behind; ++steps) {
+            const place here = best;
+            const auto step = [&](side s) {
+                const std::int32_t pixel = graph_.neighbor(here.pixel, s);
+                if (pixel == no_pixel || is_behind) return;
+                const std::int32_t there = find(pixel);
+                is_behind = there < 0;
+                if (is_behind)
+                    best.pixel = pixel;
+                else if (places_[there].in_front == here.in_front && places_[there].distance > best.distance)
+                    best = places_[there];
+            };
+            step(away);
+            for (const side s : all_sides) step(s);
+            if (best.pixel != here.pixel) continue;
+            const std::int32_t next = graph_.neighbor(here.pixel, away);
+            if (next == no_pixel || places_[find(next)].in_front != here.in_front || places_[find(next)].distance < here.distance)
+                break;
+            best = places_[find(next)];
+        }
+        for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(best.pixel) + c]);
+        return is_behind || best.distance >= 2;
+    }
+
+    const graph& graph_;
+    int reach_;
+    buffer<silhouette_side> sides_;
+    buffer<place> places_;
+    buffer<std::int32_t> place_of_;  // of each pixel
+};
+
+}  // namespace ldi::detail
