@@ -102,7 +102,7 @@ ldi::buffer<std::uint8_t> unknown_of(const ldi::photo_layers& layers) {
 }
 
 void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers, const measurement& m) {
-    const ldi::farbrausch_architecture& a = network.architecture();
+    const ldi::inpainting_architecture& a = network.architecture();
     const std::size_t depth = a.channels.size();
     const auto levels = ldi::detail::plan_farbrausch(layers.topology, a.kernels, unknown_of(layers));
     std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "fewest", "GMAC/s");
