@@ -64,9 +64,13 @@ named_tensors hashed_weights(const inpainting_architecture& a) {
 }
 
 /// With ranges as wide as the values of random layers may be.
-named_tensors ranged(named_tensors weights) {
-    for (const char* const name : {"input", "encoder.0", "encoder.1", "encoder.2", "decoder.0", "decoder.1"})
-        weights.tensors[std::string(name) + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}};
+named_tensors ranged(named_tensors weights, const inpainting_architecture& a) {
+    const auto add = [&](const std::string& name) { weights.tensors[name + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}}; };
+    add("input");
+    for (std::size_t i = 0; i < a.channels.size(); ++i) {
+        add("encoder." + std::to_string(i));
+        if (i > 0) add("decoder." + std::to_string(i - 1));
+    }
     return weights;
 }
 
@@ -310,6 +314,21 @@ TEST_CASE("on layered images of every kind masked colors are inpainted as descri
     }
 }
 
+TEST_CASE("with bfloat16 numbers and with bytes, masked colors are inpainted alike") {
+    named_tensors weights = ranged(hashed_weights(small_masked), small_masked);
+    const photo_layers layers = smooth_picture();
+    const buffer<float> exact = run(farbrausch(hashed_weights(small_masked), small_masked), layers);
+    const auto typical_difference = [&](const buffer<float>& values) {
+        double sum = 0.0, scale = 0.0;
+        for (std::size_t i = 0; i < exact.size(); ++i)
+            sum += std::pow(double{values[i]} - double{exact[i]}, 2.0), scale += std::pow(double{exact[i]}, 2.0);
+        return std::sqrt(sum / scale);
+    };
+    CHECK(typical_difference(run(farbrausch(weights, small_masked, arithmetic::int8), layers)) < 0.2);
+    weights = hashed_weights(small_masked);
+    CHECK(typical_difference(run(farbrausch(weights, small_masked, arithmetic::bfloat16, isa::scalar), layers)) < 0.03);
+}
+
 TEST_CASE("what a masked color shows does not matter, and of a surface where all are masked nothing is made") {
     const farbrausch network(hashed_weights(small_masked), small_masked);
     std::mt19937 random(69);
@@ -440,9 +459,12 @@ TEST_CASE("with bfloat16 numbers the shipped network's colors are 60 dB from tho
 
 TEST_CASE("in every arithmetic, what nobody asks for is not computed, and changes not a bit of the rest") {
     std::mt19937 random(63);
-    std::vector<farbrausch> networks{farbrausch(ranged(hashed_weights(small)), small, arithmetic::int8)};
-    for (const isa target : {isa::scalar, best_isa()})
-        if (multiplies_bfloat16(target)) networks.emplace_back(hashed_weights(small), small, arithmetic::bfloat16, target);
+    std::vector<farbrausch> networks;
+    for (const inpainting_architecture& a : {small, small_masked}) {
+        networks.emplace_back(ranged(hashed_weights(a), a), a, arithmetic::int8);
+        for (const isa target : {isa::scalar, best_isa()})
+            if (multiplies_bfloat16(target)) networks.emplace_back(hashed_weights(a), a, arithmetic::bfloat16, target);
+    }
     for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
@@ -466,7 +488,7 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     const auto construct = [&] { farbrausch(weights, small, arithmetic::int8); };
     CHECK_THROWS_WITH(construct(),
                       Catch::Contains("some file, ") && Catch::Contains("no tensor input.range") && Catch::Contains("export.py"));
-    weights = ranged(weights);
+    weights = ranged(weights, small);
     CHECK_NOTHROW(construct());
     CHECK_NOTHROW(farbrausch(weights, small));
     for (const auto& ends : {buffer<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
@@ -475,7 +497,7 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     }
     weights.tensors["decoder.1.range"] = {{1}, buffer<float>{1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("expected float, 2"));
-    weights = ranged(hashed_weights(small));
+    weights = ranged(hashed_weights(small), small);
     weights.tensors["decoder.2.range"] = {{2}, buffer<float>{0.0F, 1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.2.range"));
 }
