@@ -5,6 +5,9 @@
 //   ldi_bench_networks_farbrausch                 a real photo at 1152 x 1536, and the shipped sample, most of whose objects
 //                                                 hide something
 //   ldi_bench_networks_farbrausch LONG_SIDE...    the photo at these sizes, a line each, for a plot
+//   ldi_bench_networks_farbrausch full-size       beside the full-size PartialConv, as the paper's table: weights,
+//   multiplications
+//                                                 and time on a whole picture of 512 x 512 and on the photo's layers
 #include <bench/support/converted_photo.hpp>
 #include <ldi/formats/farbrausch_file.hpp>
 #include <ldi/networks/farbrausch.hpp>
@@ -18,6 +21,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +52,26 @@ ldi::farbrausch network_with(ldi::arithmetic kind) {
     return ldi::load_farbrausch(std::filesystem::path(LDI_SOURCE_DIR) / "examples/models/farbrausch.safetensors", kind);
 }
 
+/// With random weights: nobody has trained it here, and the time doesn't depend on them.
+ldi::farbrausch full_size_network(ldi::arithmetic kind) {
+    const ldi::inpainting_architecture a = ldi::partial_convolution_architecture();
+    ldi::named_tensors weights;
+    std::mt19937 random(1);
+    const auto add = [&](const std::string& name, std::size_t k, std::size_t inputs, std::size_t outputs) {
+        ldi::buffer<float> values(outputs * inputs * k * k);
+        std::normal_distribution<float> normal(0.0F, std::sqrt(2.0F / static_cast<float>(inputs * k * k)));
+        for (float& v : values) v = normal(random);
+        weights.tensors[name + ".weight"] = {{outputs, inputs, k, k}, std::move(values)};
+        weights.tensors[name + ".bias"] = {{outputs}, ldi::buffer<float>(outputs)};
+    };
+    const std::size_t depth = a.channels.size();
+    for (std::size_t i = 0; i < depth; ++i) {
+        add("encoder." + std::to_string(i), static_cast<std::size_t>(a.kernels[i]), a.inputs(i), a.channels[i]);
+        add("decoder." + std::to_string(depth - 1 - i), 3, a.channels[i] + a.inputs(i), i == 0 ? 3 : a.inputs(i));
+    }
+    return ldi::farbrausch(weights, a, kind);
+}
+
 std::vector<ldi::arithmetic> available_arithmetics() {
     std::vector<ldi::arithmetic> kinds{ldi::arithmetic::float32};
     if (ldi::multiplies_bfloat16(ldi::best_isa())) kinds.push_back(ldi::arithmetic::bfloat16);
@@ -66,12 +90,12 @@ double median(ldi::buffer<double> values) {
     return values[values.size() / 2];
 }
 
-measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& layers, int runs) {
+measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& layers, const ldi::buffer<std::uint8_t>& wanted,
+                    int runs) {
     measurement result;
     ldi::serial_executor serial;
     const ldi::memory_scope counts(counted_memory);
     for (int run = 0; run < runs; ++run) {
-        ldi::photo_layers copy = layers;
         struct timer {
             clock::time_point last;
             ldi::buffer<double> steps;
@@ -87,7 +111,7 @@ measurement measure(const ldi::farbrausch& network, const ldi::photo_layers& lay
         bytes_peak = bytes_now;
         const std::size_t before = bytes_now;
         const clock::time_point start = clock::now();
-        network.inpaint(copy, watcher, serial);
+        network.colors(layers, wanted, watcher, serial);
         result.whole.push_back(milliseconds(clock::now() - start));
         result.steps.push_back(t.steps);
         result.peak_bytes = bytes_peak - before;
@@ -101,31 +125,44 @@ ldi::buffer<std::uint8_t> unknown_of(const ldi::photo_layers& layers) {
     return unknown;
 }
 
+struct layer_cost {
+    std::string name;
+    std::size_t weights, products;
+};
+
+/// The network's layers in the order of their work.
+std::vector<layer_cost> layer_costs(const ldi::inpainting_architecture& a,
+                                    const ldi::buffer<ldi::detail::farbrausch_level>& levels) {
+    std::vector<layer_cost> result;
+    const auto add = [&](const std::string& name, std::size_t pixels, std::size_t weights) {
+        result.push_back({name, weights, pixels * weights});
+    };
+    const std::size_t depth = a.channels.size();
+    for (std::size_t i = 0; i < depth; ++i) {
+        const std::size_t k = static_cast<std::size_t>(a.kernels[i]);
+        add("encoder." + std::to_string(i), levels[i + 1].read.size(), k * k * a.inputs(i) * a.channels[i]);
+    }
+    for (std::size_t i = depth; i-- > 0;)
+        add("decoder." + std::to_string(depth - 1 - i), levels[i].decoded.size(),
+            9 * (a.channels[i] + a.inputs(i)) * (i == 0 ? 3 : a.inputs(i)));
+    return result;
+}
+
 void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers, const measurement& m) {
-    const ldi::farbrausch_architecture& a = network.architecture();
+    const ldi::inpainting_architecture& a = network.architecture();
     const std::size_t depth = a.channels.size();
     const auto levels = ldi::detail::plan_farbrausch(layers.topology, a.kernels, unknown_of(layers));
     std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "fewest", "GMAC/s");
     double products_in_all = 0;
-    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
+    const std::vector<layer_cost> costs = layer_costs(a, levels);
     for (std::size_t s = 0; s < m.steps[0].size(); ++s) {
         ldi::buffer<double> times;
         for (const auto& run : m.steps) times.push_back(run[s]);
-        std::string name = s == 0 ? "plans" : "smooth fills";
-        std::size_t products = 0;
-        if (s >= 2 && s < 2 + depth) {
-            const std::size_t i = s - 2, k = static_cast<std::size_t>(a.kernels[i]);
-            name = "encoder." + std::to_string(i);
-            products = levels[i + 1].read.size() * k * k * skip(i) * a.channels[i];
-        } else if (s >= 2) {
-            const std::size_t j = s - 2 - depth, i = depth - 1 - j;
-            name = "decoder." + std::to_string(j);
-            products = levels[i].decoded.size() * 9 * (a.channels[i] + skip(i)) * (i == 0 ? 3 : skip(i));
-        }
-        products_in_all += static_cast<double>(products);
+        const layer_cost cost = s == 0 ? layer_cost{"plans", 0, 0} : s == 1 ? layer_cost{"smooth fills", 0, 0} : costs[s - 2];
+        products_in_all += static_cast<double>(cost.products);
         const double fewest = *std::min_element(times.begin(), times.end());
-        std::printf("%-12s %10.2f %8.2f", name.c_str(), median(times), fewest);
-        std::printf(products == 0 ? "\n" : " %8.1f\n", static_cast<double>(products) / fewest / 1e6);
+        std::printf("%-12s %10.2f %8.2f", cost.name.c_str(), median(times), fewest);
+        std::printf(cost.products == 0 ? "\n" : " %8.1f\n", static_cast<double>(cost.products) / fewest / 1e6);
     }
     std::printf("\n%-6s %10s %18s %18s\n", "level", "pixels", "encoder computes", "decoder computes");
     for (std::size_t i = 0; i <= depth; ++i) {
@@ -154,7 +191,7 @@ void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_de
     const ldi::farbrausch exact = network_with(ldi::arithmetic::float32);
     for (const ldi::arithmetic kind : in_detail ? available_arithmetics() : std::vector{ldi::arithmetic::float32}) {
         const ldi::farbrausch network = network_with(kind);
-        const measurement m = measure(network, layers, runs);
+        const measurement m = measure(network, layers, unknown, runs);
         if (in_detail) print_steps(network, layers, m);
         std::printf("%s, %d x %d, %zu pixels, %zu unknown, %s: median %.1f ms, fewest %.1f; peak %.1f MB", name,
                     layers.topology.width, layers.topology.height, layers.size(),
@@ -184,9 +221,56 @@ ldi::photo_layers sample() {
     return ldi::make_photo3d(ldi::load_photo(folder / "sample.jpg").color, depth, ldi::diffusion_inpainter(), options).layers;
 }
 
+/// A picture with a hole in the middle.
+ldi::photo_layers whole_picture(std::int32_t side) {
+    ldi::photo_layers layers(ldi::make_grid(side, side));
+    std::mt19937 random(2);
+    for (std::uint8_t& c : layers.column<ldi::color_column>()) c = static_cast<std::uint8_t>(random());
+    for (std::int32_t y = 0; y < side; ++y)
+        for (std::int32_t x = 0; x < side; ++x)
+            layers.column<ldi::known_column>()[side * y + x] =
+                std::max(std::abs(x - side / 2), std::abs(y - side / 2)) < side / 8 ? 0 : 1;
+    return layers;
+}
+
+void compare_with_full_size() {
+    const ldi::photo_layers picture = whole_picture(512), photo = photo_at(1536);
+    std::printf("%-11s %-9s %9s %9s %14s %9s %12s %9s %8s\n", "network", "computes", "weights", "MiB", "GMAC, picture", "ms",
+                "GMAC, photo", "ms", "peak MB");
+    for (const auto& [name, make] : {std::pair{"Farbrausch", &network_with}, std::pair{"PartialConv", &full_size_network}})
+        for (const ldi::arithmetic kind : available_arithmetics()) {
+            if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;  // needs measured ranges of values
+            const ldi::farbrausch network = make(kind);
+            double giga[2] = {}, fewest[2] = {};
+            std::size_t weights = 0, peak = 0, which = 0;
+            for (const ldi::photo_layers* layers : {&picture, &photo}) {
+                weights = 0;
+                const ldi::inpainting_architecture& a = network.architecture();
+                // Of the picture every pixel, as networks' multiplications are counted.
+                const ldi::buffer<std::uint8_t> wanted =
+                    layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
+                for (const layer_cost& cost : layer_costs(a, ldi::detail::plan_farbrausch(layers->topology, a.kernels, wanted))) {
+                    giga[which] += static_cast<double>(cost.products) / 1e9;
+                    weights += cost.weights;
+                }
+                const measurement m = measure(network, *layers, wanted, 3);
+                fewest[which++] = *std::min_element(m.whole.begin(), m.whole.end());
+                peak = m.peak_bytes;
+            }
+            std::printf("%-11s %-9s %9zu %9.1f %14.2f %9.1f %12.2f %9.1f %8.1f\n", name, std::string(to_string(kind)).c_str(),
+                        weights, static_cast<double>(4 * weights) / (1 << 20), giga[0], fewest[0], giga[1], fewest[1],
+                        static_cast<double>(peak) / 1e6);
+            std::fflush(stdout);
+        }
+}
+
 }  // namespace
 
 int main(int count, char** values) {
+    if (count == 2 && std::string(values[1]) == "full-size") {
+        compare_with_full_size();
+        return 0;
+    }
     for (int i = 1; i < count; ++i) run("photo", photo_at(std::strtoul(values[i], nullptr, 10)), 5, false);
     if (count > 1) return 0;
     run("photo", photo_at(1536), 15, true);

@@ -14,9 +14,9 @@ const std::filesystem::path weights =
     std::filesystem::path(LDI_SOURCE_DIR) / "tests/networks/files/farbrausch_weights.safetensors";
 
 /// What is said of the file when a piece of its header reads differently, in as many bytes.
-std::string complaint(const std::string& piece, const std::string& other) {
+std::string complaint(const std::string& piece, const std::string& other, const std::filesystem::path& path = weights) {
     REQUIRE(piece.size() == other.size());
-    std::vector<std::byte> file = read_file(weights);
+    std::vector<std::byte> file = read_file(path);
     const test::byte_string from = test::bytes_of(piece), to = test::bytes_of(other);
     const auto at = std::search(file.begin(), file.end(), from.begin(), from.end());
     REQUIRE(at != file.end());
@@ -33,6 +33,19 @@ TEST_CASE("an exported network loads with the architecture that its metadata tel
     CHECK(network.architecture().kernels == buffer<std::int32_t>{7, 5, 5, 3, 3});
     CHECK(network.architecture().growth == 4);
     CHECK(network.architecture().leak == 0.2F);
+}
+
+TEST_CASE("the full-size PartialConv's files load, and their architecture is not Farbrausch's") {
+    const std::filesystem::path masked = weights.parent_path() / "partial_convolution_weights.safetensors";
+    const inpainting_architecture a = load_farbrausch(masked).architecture();
+    CHECK(a.missing == missing_colors::masked);
+    CHECK(a.channels == buffer<std::size_t>{4, 5, 6, 7, 8, 7, 6, 5});
+    CHECK(a.kernels == partial_convolution_architecture().kernels);
+    CHECK(a.leak == 0.2F);
+    CHECK(load_farbrausch(weights).architecture().missing == missing_colors::filled);
+    CHECK_THAT(complaint("blue, masked", "blue, filled", masked), Contains("expected inputs") && Contains("masked"));
+    CHECK_THAT(complaint("\"name\":\"partial_convolution\"", "\"name\":\"partial-convolution\"", masked),
+               Contains("farbrausch or partial_convolution") && Contains("found partial-convolution"));
 }
 
 TEST_CASE("a file of another network is refused, and what does not fit is named") {

@@ -38,34 +38,46 @@ buffer<float> hashed(std::uint64_t tensor_index, std::size_t count, double sprea
     return values;
 }
 
-named_tensors hashed_weights(const farbrausch_architecture& a) {
+/// visit(name, level, stride, kernel size, inputs, outputs)
+template <class Visit>
+void for_each_layer(const inpainting_architecture& a, Visit&& visit) {
+    const std::size_t depth = a.channels.size();
+    for (std::size_t i = 0; i < depth; ++i)
+        visit("encoder." + std::to_string(i), i, std::size_t{2}, static_cast<std::size_t>(a.kernels[i]), a.inputs(i),
+              a.channels[i]);
+    for (std::size_t i = depth; i-- > 0;)
+        visit("decoder." + std::to_string(depth - 1 - i), i, std::size_t{1}, std::size_t{3}, a.channels[i] + a.inputs(i),
+              i == 0 ? std::size_t{3} : a.inputs(i));
+}
+
+named_tensors hashed_weights(const inpainting_architecture& a) {
     named_tensors weights;
     std::uint64_t index = 0;
-    const auto add = [&](const std::string& name, std::size_t inputs, std::size_t outputs, std::size_t k) {
-        const double fan_in = static_cast<double>(inputs * k * k);
-        weights.tensors[name + ".weight"] = {{outputs, inputs, k, k},
-                                             hashed(index++, outputs * inputs * k * k, 2.0 / std::sqrt(fan_in))};
-        weights.tensors[name + ".bias"] = {{outputs}, hashed(index++, outputs, 0.1)};
-    };
-    const std::size_t depth = a.channels.size();
-    const auto skip = [&](std::size_t level) { return level == 0 ? std::size_t{4} : a.channels[level - 1]; };
-    for (std::size_t i = 0; i < depth; ++i)
-        add("encoder." + std::to_string(i), skip(i), a.channels[i], static_cast<std::size_t>(a.kernels[i]));
-    for (std::size_t j = 0; j < depth; ++j) {
-        const std::size_t i = depth - 1 - j;
-        add("decoder." + std::to_string(j), a.channels[i] + skip(i), i == 0 ? 3 : skip(i), 3);
-    }
+    for_each_layer(
+        a, [&](const std::string& name, std::size_t, std::size_t, std::size_t k, std::size_t inputs, std::size_t outputs) {
+            const double fan_in = static_cast<double>(inputs * k * k);
+            weights.tensors[name + ".weight"] = {{outputs, inputs, k, k},
+                                                 hashed(index++, outputs * inputs * k * k, 2.0 / std::sqrt(fan_in))};
+            weights.tensors[name + ".bias"] = {{outputs}, hashed(index++, outputs, 0.1)};
+        });
     return weights;
 }
 
 /// With ranges as wide as the values of random layers may be.
-named_tensors ranged(named_tensors weights) {
-    for (const char* const name : {"input", "encoder.0", "encoder.1", "encoder.2", "decoder.0", "decoder.1"})
-        weights.tensors[std::string(name) + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}};
+named_tensors ranged(named_tensors weights, const inpainting_architecture& a) {
+    const auto add = [&](const std::string& name) { weights.tensors[name + ".range"] = {{2}, buffer<float>{-4.0F, 4.0F}}; };
+    add("input");
+    for (std::size_t i = 0; i < a.channels.size(); ++i) {
+        add("encoder." + std::to_string(i));
+        if (i > 0) add("decoder." + std::to_string(i - 1));
+    }
     return weights;
 }
 
-const farbrausch_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
+const inpainting_architecture small{{4, 5, 6}, {7, 5, 3}, 2, 0.2F};
+
+/// Of all levels that the full-size PartialConv has, and more than a small layered image has pixels for.
+const inpainting_architecture small_masked{{3, 4, 5, 4, 3, 4, 5, 4}, {7, 5, 5, 3, 3, 3, 3, 3}, 0, 0.2F, missing_colors::masked};
 
 /// An image with holes, as PyTorch got it, and what came out.
 struct golden_case {
@@ -74,8 +86,8 @@ struct golden_case {
     buffer<float> fill, tone;  ///< of all pixels; may be empty
 };
 
-golden_case read_case(const std::string& name) {
-    const named_tensors file = load_safetensors(folder / ("farbrausch_" + name + ".safetensors"));
+golden_case read_case(const std::string& name, const std::string& network = "farbrausch") {
+    const named_tensors file = load_safetensors(folder / (network + "_" + name + ".safetensors"));
     const buffer<std::size_t> shape = file.tensors.at("image").shape;
     const buffer<std::uint8_t>&image = tensor_values<std::uint8_t>(file, "image", shape),
           &known = tensor_values<std::uint8_t>(file, "known", {shape[1], shape[2]}),
@@ -145,6 +157,14 @@ double largest_difference(const A& a, const B& b) {
     return largest;
 }
 
+/// Relative to the largest of `expected`, or to 1.
+template <class A, class B>
+double largest_relative_difference(const A& a, const B& expected) {
+    double largest = 1.0;
+    for (const auto value : expected) largest = std::max(largest, std::abs(static_cast<double>(value)));
+    return largest_difference(a, expected) / largest;
+}
+
 /// Of colors that are clamped to [0, 1], in dB.
 double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
     REQUIRE(a.size() == b.size());
@@ -154,7 +174,7 @@ double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
     return -10.0 * std::log10(sum / static_cast<double>(a.size()));
 }
 
-test::reference_result reference(const named_tensors& weights, const farbrausch_architecture& a, const photo_layers& layers) {
+test::reference_result reference(const named_tensors& weights, const inpainting_architecture& a, const photo_layers& layers) {
     buffer<double> color;
     for (const std::uint8_t c : layers.column<color_column>()) color.push_back(c / 255.0);
     return test::reference_farbrausch(weights, a).run(layers.topology, color, layers.column<known_column>());
@@ -251,6 +271,75 @@ TEST_CASE("on layered images of every kind the network computes what its descrip
         const auto expected = reference(weights, small, layers);
         REQUIRE(largest_difference(run(network, layers), rows_of(expected.output, unknown_of(layers))) < 1e-4);
     }
+}
+
+TEST_CASE("full-size PartialConv has the paper's 32.85 million weights and 37.97 billion multiplications at 512 x 512") {
+    std::size_t weights = 0, biases = 0, multiplications = 0;
+    for_each_layer(partial_convolution_architecture(), [&](const std::string&, std::size_t level, std::size_t stride,
+                                                           std::size_t k, std::size_t inputs, std::size_t outputs) {
+        const std::size_t side = (std::size_t{512} >> level) / stride;
+        weights += outputs * inputs * k * k, biases += outputs;
+        multiplications += side * side * outputs * inputs * k * k;
+    });
+    CHECK(weights == 32'848'849);
+    CHECK(biases == 5'507);
+    CHECK(multiplications == 37'972'344'832);
+}
+
+TEST_CASE("PartialConv gives what PyTorch gives, also where levels have one pixel or none, and with all its weights") {
+    const std::filesystem::path weights = folder / "partial_convolution_weights.safetensors";
+    const farbrausch few = load_farbrausch(weights);
+    CHECK(few.architecture().missing == missing_colors::masked);
+    for (const char* const name : {"whole", "cut"}) {
+        const golden_case c = read_case(name, "partial_convolution");
+        const auto exact = reference(load_safetensors(weights), few.architecture(), c.layers);
+        CHECK(largest_relative_difference(rows_of(exact.output, unknown_of(c.layers)), c.output) < 1e-5);
+        CHECK(largest_relative_difference(run(few, c.layers), c.output) < 1e-4);
+    }
+    const inpainting_architecture full = partial_convolution_architecture();
+    const golden_case c = read_case("full", "partial_convolution");
+    CHECK(largest_relative_difference(run(farbrausch(hashed_weights(full), full), c.layers), c.output) < 1e-5);
+}
+
+TEST_CASE("on layered images of every kind masked colors are inpainted as described") {
+    const named_tensors weights = hashed_weights(small_masked);
+    const farbrausch network(weights, small_masked);
+    std::mt19937 random(68);
+    for (int i = 0; i < 100; ++i) {
+        const photo_layers layers = random_layers(random, 24);
+        const auto expected = reference(weights, small_masked, layers);
+        REQUIRE(largest_relative_difference(run(network, layers), rows_of(expected.output, unknown_of(layers))) < 1e-5);
+        const buffer<float> all = network.colors(layers, buffer<std::uint8_t>(layers.size(), 1), {}, one_thread);
+        REQUIRE(run(network, layers) == rows_of(all, unknown_of(layers)));
+    }
+}
+
+TEST_CASE("with bfloat16 numbers and with bytes, masked colors are inpainted alike") {
+    named_tensors weights = ranged(hashed_weights(small_masked), small_masked);
+    const photo_layers layers = smooth_picture();
+    const buffer<float> exact = run(farbrausch(hashed_weights(small_masked), small_masked), layers);
+    const auto typical_difference = [&](const buffer<float>& values) {
+        double sum = 0.0, scale = 0.0;
+        for (std::size_t i = 0; i < exact.size(); ++i)
+            sum += std::pow(double{values[i]} - double{exact[i]}, 2.0), scale += std::pow(double{exact[i]}, 2.0);
+        return std::sqrt(sum / scale);
+    };
+    CHECK(typical_difference(run(farbrausch(weights, small_masked, arithmetic::int8), layers)) < 0.2);
+    weights = hashed_weights(small_masked);
+    CHECK(typical_difference(run(farbrausch(weights, small_masked, arithmetic::bfloat16, isa::scalar), layers)) < 0.03);
+}
+
+TEST_CASE("what a masked color shows does not matter, and of a surface where all are masked nothing is made") {
+    const farbrausch network(hashed_weights(small_masked), small_masked);
+    std::mt19937 random(69);
+    photo_layers layers = random_layers(random, 24);
+    const buffer<float> before = run(network, layers);
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        if (layers.column<known_column>()[i] == 0) layers.column<color_column>()[3 * i] ^= 255;
+    CHECK(run(network, layers) == before);
+    for (std::uint8_t& k : layers.column<known_column>()) k = 0;
+    const buffer<float> nothing = run(network, layers);
+    CHECK(std::all_of(nothing.begin(), nothing.end(), [](float v) { return v == 0.0F; }));
 }
 
 TEST_CASE("the network written with the public operators is the network") {
@@ -370,9 +459,12 @@ TEST_CASE("with bfloat16 numbers the shipped network's colors are 60 dB from tho
 
 TEST_CASE("in every arithmetic, what nobody asks for is not computed, and changes not a bit of the rest") {
     std::mt19937 random(63);
-    std::vector<farbrausch> networks{farbrausch(ranged(hashed_weights(small)), small, arithmetic::int8)};
-    for (const isa target : {isa::scalar, best_isa()})
-        if (multiplies_bfloat16(target)) networks.emplace_back(hashed_weights(small), small, arithmetic::bfloat16, target);
+    std::vector<farbrausch> networks;
+    for (const inpainting_architecture& a : {small, small_masked}) {
+        networks.emplace_back(ranged(hashed_weights(a), a), a, arithmetic::int8);
+        for (const isa target : {isa::scalar, best_isa()})
+            if (multiplies_bfloat16(target)) networks.emplace_back(hashed_weights(a), a, arithmetic::bfloat16, target);
+    }
     for (const farbrausch& network : networks)
         for (int i = 0; i < 30; ++i) {
             const photo_layers layers = random_layers(random, 40);
@@ -396,7 +488,7 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     const auto construct = [&] { farbrausch(weights, small, arithmetic::int8); };
     CHECK_THROWS_WITH(construct(),
                       Catch::Contains("some file, ") && Catch::Contains("no tensor input.range") && Catch::Contains("export.py"));
-    weights = ranged(weights);
+    weights = ranged(weights, small);
     CHECK_NOTHROW(construct());
     CHECK_NOTHROW(farbrausch(weights, small));
     for (const auto& ends : {buffer<float>{1.0F, 2.0F}, {-2.0F, -1.0F}, {0.0F, 0.0F}, {0.0F, 1e-40F}}) {
@@ -405,7 +497,7 @@ TEST_CASE("arithmetic with bytes needs ranges, and says who finds them") {
     }
     weights.tensors["decoder.1.range"] = {{1}, buffer<float>{1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.1.range") && Catch::Contains("expected float, 2"));
-    weights = ranged(hashed_weights(small));
+    weights = ranged(hashed_weights(small), small);
     weights.tensors["decoder.2.range"] = {{2}, buffer<float>{0.0F, 1.0F}};
     CHECK_THROWS_WITH(construct(), Catch::Contains("decoder.2.range"));
 }
@@ -440,7 +532,7 @@ TEST_CASE("inpainting reports progress that does not fall, and stops when asked 
 
 TEST_CASE("weights that do not fit are named") {
     const named_tensors good = hashed_weights(small);
-    const auto complaint = [](const named_tensors& weights, const farbrausch_architecture& a) {
+    const auto complaint = [](const named_tensors& weights, const inpainting_architecture& a) {
         try {
             const farbrausch network(weights, a);
         } catch (const error& e) {

@@ -25,7 +25,7 @@ struct reference_result {
 
 class reference_farbrausch {
 public:
-    reference_farbrausch(const named_tensors& weights, farbrausch_architecture architecture)
+    reference_farbrausch(const named_tensors& weights, inpainting_architecture architecture)
         : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
 
     /// color  K x 3; known  K of 0 or 1
@@ -64,46 +64,46 @@ public:
             for (std::size_t k = 0; k < 4; ++k) mean[k] += c[k];
         for (std::size_t k = 0; k < 3; ++k) mean[k] /= std::max(mean[3], 1.0);
 
+        const bool has_fills = architecture_.missing == missing_colors::filled;
         reference_result result;
-        buffer<buffer<double>> skips(1);
+        std::vector<features> skips(1);
+        skips[0].channels = architecture_.inputs(0);
         for (std::size_t p = 0; p < finest.size(); ++p) {
             const pixel f = fill[p][3] != 0.0 ? fill[p] : mean, t = tone[p][3] != 0.0 ? tone[p] : mean;
             for (std::size_t k = 0; k < 3; ++k) {
                 result.fill.push_back(f[k]), result.tone.push_back(t[k]);
-                skips[0].push_back(f[k] - t[k]);
+                skips[0].values.push_back(has_fills ? f[k] - t[k] : color[3 * p + k]);
             }
-            skips[0].push_back(known[p]);
+            if (has_fills) skips[0].values.push_back(known[p]);
+            skips[0].mask.push_back(has_fills ? 1 : known[p]);
         }
-        std::size_t c_in = 4;
         for (std::size_t i = 0; i < levels_; ++i) {
-            const std::size_t c_out = architecture_.channels[i];
-            buffer<double> values;
-            for (const std::int32_t p : kept_[i]) {
-                const buffer<double> row =
-                    convolved("encoder." + std::to_string(i), i, p, architecture_.kernels[i], c_out, {}, 0, skips[i], c_in);
-                for (double v : row) values.push_back(v > 0.0 ? v : 0.0);
-            }
-            skips.push_back(std::move(values));
-            c_in = c_out;
+            features encoded{{}, architecture_.channels[i], {}};
+            for (const std::int32_t p : kept_[i])
+                convolve("encoder." + std::to_string(i), i, p, architecture_.kernels[i], {}, skips[i], 0.0, encoded);
+            skips.push_back(std::move(encoded));
         }
-        buffer<double> y = skips.back();
+        features y = skips.back();
         for (std::size_t j = 0; j < levels_; ++j) {
-            const std::size_t i = levels_ - 1 - j, c_skip = i == 0 ? 4 : architecture_.channels[i - 1],
-                              c_out = i == 0 ? 3 : c_skip;
-            buffer<double> values;
+            const std::size_t i = levels_ - 1 - j;
+            features decoded{{}, i == 0 ? 3 : architecture_.inputs(i), {}};
             for (std::size_t p = 0; p < graphs_[i].size(); ++p)
-                for (double v : convolved("decoder." + std::to_string(j), i, static_cast<std::int32_t>(p), 3, c_out, y, c_in,
-                                          skips[i], c_skip))
-                    values.push_back(i == 0 || v > 0.0 ? v : double{architecture_.leak} * v);
-            y = std::move(values);
-            c_in = c_out;
+                convolve("decoder." + std::to_string(j), i, static_cast<std::int32_t>(p), 3, y, skips[i],
+                         i == 0 ? 1.0 : double{architecture_.leak}, decoded);
+            y = std::move(decoded);
         }
-        for (std::size_t v = 0; v < y.size(); ++v) result.output.push_back(result.fill[v] + y[v]);
+        for (std::size_t v = 0; v < y.values.size(); ++v)
+            result.output.push_back((has_fills ? result.fill[v] : 0.0) + y.values[v]);
         return result;
     }
 
 private:
     using pixel = std::array<double, 4>;  // red, green, blue, and 1 where there is a color
+    struct features {
+        buffer<double> values;
+        std::size_t channels = 0;
+        buffer<std::uint8_t> mask;
+    };
 
     /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
     static buffer<std::int32_t> corners(const graph& g, const buffer<std::int32_t>& kept) {
@@ -146,36 +146,42 @@ private:
         }
     }
 
-    /// up: of the pixels of the next level, c_up channels; skip: of this level.
-    buffer<double> convolved(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel, std::size_t c_out,
-                             const buffer<double>& up, std::size_t c_up, const buffer<double>& skip, std::size_t c_skip) const {
-        const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = c_up + c_skip;
+    /// up: of the pixels of the next level; skip: of this level. Adds a row to `result`.
+    void convolve(const std::string& name, std::size_t level, std::int32_t at, std::int32_t kernel, const features& up,
+                  const features& skip, double leak, features& result) const {
+        const std::size_t elements = static_cast<std::size_t>(kernel * kernel), c_in = up.channels + skip.channels,
+                          c_out = result.channels;
         const buffer<float>& w = tensor_values<float>(
             weights_, name + ".weight", {c_out, c_in, static_cast<std::size_t>(kernel), static_cast<std::size_t>(kernel)});
         const buffer<float>& b = tensor_values<float>(weights_, name + ".bias", {c_out});
         buffer<std::int32_t> window(elements);
         gather_window(graphs_[level], at, kernel, window);
         buffer<double> sums(c_out, 0.0);
-        double count = 0.0;
+        std::size_t count = 0;
+        const auto add = [&](const features& from, std::int32_t row, std::size_t first_channel, std::size_t element) {
+            if (row == no_pixel || from.mask[row] == 0) return;
+            count += from.channels;
+            for (std::size_t o = 0; o < c_out; ++o)
+                for (std::size_t c = 0; c < from.channels; ++c)
+                    sums[o] += double{w[(o * c_in + first_channel + c) * elements + element]} *
+                               from.values[static_cast<std::size_t>(row) * from.channels + c];
+        };
         for (std::size_t e = 0; e < elements; ++e) {
             if (window[e] == no_pixel) continue;
-            const std::size_t p = static_cast<std::size_t>(window[e]);
-            const std::int32_t parent = c_up == 0 ? no_pixel : above_[level][p];
-            count += static_cast<double>(c_skip) + (parent == no_pixel ? 0.0 : static_cast<double>(c_up));
-            for (std::size_t o = 0; o < c_out; ++o) {
-                const float* const row = w.data() + (o * c_in) * elements + e;
-                if (parent != no_pixel)
-                    for (std::size_t c = 0; c < c_up; ++c)
-                        sums[o] += double{row[c * elements]} * up[static_cast<std::size_t>(parent) * c_up + c];
-                for (std::size_t c = 0; c < c_skip; ++c) sums[o] += double{row[(c_up + c) * elements]} * skip[p * c_skip + c];
-            }
+            if (up.channels != 0) add(up, above_[level][window[e]], 0, e);
+            add(skip, window[e], up.channels, e);
         }
-        for (std::size_t o = 0; o < c_out; ++o) sums[o] = sums[o] * static_cast<double>(c_in * elements) / count + double{b[o]};
-        return sums;
+        for (std::size_t o = 0; o < c_out; ++o) {
+            const double sum = count == 0 ? 0.0 : sums[o] * nearest(c_in * elements) / nearest(count) + double{b[o]};
+            result.values.push_back(sum > 0.0 ? sum : leak * sum);
+        }
+        result.mask.push_back(count == 0 ? 0 : 1);
     }
 
+    static double nearest(std::size_t n) { return static_cast<double>(n); }
+
     const named_tensors& weights_;
-    farbrausch_architecture architecture_;
+    inpainting_architecture architecture_;
     std::size_t levels_;
     std::vector<graph> graphs_;
     buffer<buffer<std::int32_t>> kept_, above_;

@@ -137,6 +137,7 @@ def main():
         run("an unknown way to inpaint", [small, *depth, "--inpaint", "magic"], ["--inpaint", "diffusion", "network"])
         weights = os.path.join(SOURCE, "tests/networks/files/farbrausch_weights.safetensors")
         run("inpainting by a network", [small, *depth, "--inpainting-model", weights])
+        run("inpainting by the full-size network's kind", [small, *depth, "--inpainting-model", os.path.join(SOURCE, "tests/networks/files/partial_convolution_weights.safetensors")])
         run("the best arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "best"])
         run("bytes without ranges", [small, *depth, "--inpainting-model", weights, "--arithmetic", "int8"], ["int8", "export.py"])
         run("an unknown arithmetic", [small, *depth, "--inpainting-model", weights, "--arithmetic", "float16"], ["--arithmetic", "bfloat16"])

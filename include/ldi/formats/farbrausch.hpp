@@ -1,5 +1,6 @@
-// Reads the inpainting network from the bytes of a safetensors file as examples/training/farbrausch/export.py writes it: ten
-// convolutions, and in the metadata what kind of network they are. formats/farbrausch_file.hpp reads it by name.
+// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
+// they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
+// PartialConv. formats/farbrausch_file.hpp reads either by name.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -25,8 +26,21 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
+/// How the network that the metadata name reads missing colors.
+inline missing_colors parse_missing_colors(const named_tensors& file) {
+    check_metadata(file, "an inpainting network", "format", "ldi");
+    const auto name = file.metadata.find("name");
+    if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
+    if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
+    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+          name == file.metadata.end() ? "none" : printable(name->second));
+}
+
 /// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
-inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors& file, const std::string& where) {
+inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
+    inpainting_architecture result;
+    result.missing = parse_missing_colors(file);
+    const bool has_fills = result.missing == missing_colors::filled;
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
         raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
@@ -34,16 +48,17 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
     const json_value text = read_json_object(found->second, 3, here);
 
     // What would change the arithmetic and is the same in all networks of this kind, as the exporter writes it.
-    constexpr std::string_view fixed[][2] = {{"name", "\"farbrausch\""},
-                                             {"version", "1"},
-                                             {"layout", "\"out,in,height,width\""},
-                                             {"inputs", "\"red, green, blue of fill - tone, known\""},
-                                             {"output", "\"red, green, blue, to be added to fill\""},
-                                             {"colour_range", "1.0"},
-                                             {"decoder_kernel", "3"},
-                                             {"decoder_inputs", "\"upsampled, skip\""},
-                                             {"encoder_activation", "\"relu\""},
-                                             {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
+    const std::string_view fixed[][2] = {
+        {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
+        {"version", "1"},
+        {"layout", "\"out,in,height,width\""},
+        {"inputs", has_fills ? "\"red, green, blue of fill - tone, known\"" : "\"red, green, blue, masked\""},
+        {"output", has_fills ? "\"red, green, blue, to be added to fill\"" : "\"red, green, blue\""},
+        {"colour_range", "1.0"},
+        {"decoder_kernel", "3"},
+        {"decoder_inputs", "\"upsampled, skip\""},
+        {"encoder_activation", "\"relu\""},
+        {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
     for (const auto& [key, value] : fixed)
         if (const json_value is = json_member(text, key); is.text != value)
             raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), printable(is.text));
@@ -60,11 +75,10 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
             raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
-    farbrausch_architecture result;
     result.channels.clear(), result.kernels.clear();
     each_of("channels", [&](std::int32_t channels) { result.channels.push_back(static_cast<std::size_t>(channels)); });
     each_of("kernels", [&](std::int32_t kernel) { result.kernels.push_back(kernel); });
-    result.growth = number(json_member(text, "growth"), "growth");
+    result.growth = has_fills ? number(json_member(text, "growth"), "growth") : 0;
     return result;
 }
 
@@ -72,9 +86,7 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
 
 inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
-    for (const auto& [key, expected] : {std::pair{"format", "ldi"}, std::pair{"name", "farbrausch"}})
-        detail::check_metadata(file, "an inpainting network", key, expected);
-    farbrausch_architecture architecture = detail::parse_farbrausch_architecture(file, where);
+    inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
     return farbrausch(file, std::move(architecture), kind, target);
 }
 

@@ -1,6 +1,7 @@
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// formats/farbrausch_file.hpp loads it from a file.
+// formats/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
+// architecture on the same layers (networks/inpainting_architecture.hpp).
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -13,8 +14,9 @@
 #include <ldi/kernels/isa.hpp>
 #include <ldi/networks/detail/farbrausch_weights.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>
+#include <ldi/networks/detail/network_input.hpp>
 #include <ldi/networks/detail/smooth_fills.hpp>
-#include <ldi/networks/farbrausch_architecture.hpp>
+#include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/weights.hpp>
@@ -24,7 +26,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -43,7 +44,7 @@ public:
     /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
     /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
     /// not have.
-    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
+    explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
@@ -59,7 +60,7 @@ public:
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
-    /// blue, in [0, 1] as it learned them.
+    /// blue, in [0, 1] as it learned them. Of a surface where nothing is known: one color, with masked colors black.
     ///
     /// wanted  K, one per pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
@@ -67,28 +68,28 @@ public:
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
 
-    const farbrausch_architecture& architecture() const { return architecture_; }
+    const inpainting_architecture& architecture() const { return architecture_; }
 
 private:
-    static constexpr std::size_t input_channels = 4, output_channels = 3;
+    static constexpr std::size_t output_channels = 3;
     static constexpr const char* stage_name = "color inpainting";
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The last layer's results: what is added to the fills.
+    /// The last layer's results, in rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
-    buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+                             buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
-    farbrausch_architecture architecture_;
+    inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
                  detail::farbrausch_convolutions<conv_u8_weights>>
         layers_;
 };
 
-inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
+inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
-    detail::check_farbrausch(architecture_, weights.where);
+    detail::check_architecture(architecture_, weights.where);
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;
@@ -103,10 +104,16 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     LDI_ASSERT(wanted.size() == layers.size());
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
-    detail::smooth_fills fills =
-        detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels,
-                              architecture_.growth, threads)
-            .run();
+    const buffer<std::uint8_t>&color = layers.template column<color_column>(), &known = layers.template column<known_column>();
+    detail::network_input input;
+    buffer<float> fill;  // what the last layer's results are added to
+    if (architecture_.missing == missing_colors::masked) {
+        input = detail::masked_input(color, known, levels[0].read);
+    } else {
+        detail::smooth_fills fills = detail::smooth_filler(color, known, levels, architecture_.growth, threads).run();
+        input.values = std::move(fills.input);
+        fill = std::move(fills.fill);
+    }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -114,52 +121,45 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + 0.08F, 1.0F)); };
+    const float step = (1.0F - done) / detail::nearest_float(2 * depth());
+    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
     report();
-    const buffer<float> corrections = std::visit(
-        [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
-    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
-    return std::move(fills.fill);
+    buffer<float> result = std::visit(
+        [&](const auto& packed) { return this->run_layers(packed, std::move(input), levels, threads, report); }, layers_);
+    for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
+    return result;
 }
 
 template <class Weights, executor Executor, class Report>
-buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
+buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+                                     buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
-    using features = basic_feature_map<value_type>;
-    buffer<features> encoded(depth() + 1);
-    if constexpr (!std::is_same_v<value_type, float>) {
-        encoded[0] = features(levels[0].read.size(), input_channels, layers.input.zero());
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.begin(), layers.input);
-        input = {};
-    }
-    const auto read = [&](std::size_t level) -> source {
-        if constexpr (std::is_same_v<value_type, float>)
-            if (level == 0) return {input.values(), input_channels, {}, {}};
-        return encoded[level];
+    using features = detail::masked_map<value_type>;
+    const bool has_masks = architecture_.missing == missing_colors::masked;
+    const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
+        features result;
+        result.map = {plan.output_count, weights.outputs, detail::zero_of_results<value_type>(weights)};
+        if (has_masks) result.mask.resize(plan.output_count);
+        convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
+        return result;
     };
+    buffer<features> encoded(depth() + 1);
+    encoded[0] = detail::converted(std::move(input), architecture_.inputs(0), layers.input);
     for (std::size_t i = 0; i < depth(); ++i) {
-        const Weights& weights = layers.encoder[i];
-        encoded[i + 1] = features(levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
-        const source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].values, {}, threads);
+        const source sources[] = {encoded[i].view()};
+        encoded[i + 1] = layer(levels[i].encode, layers.encoder[i], sources);
         levels[i].encode = {};
         report();
     }
     features coarser = std::move(encoded[depth()]);
-    buffer<float> result;
+    buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const Weights& weights = layers.decoder[i];
-        const source sources[] = {upsample(coarser, levels[i].decoded_above), read(i)};
-        if (i == 0) {
-            result.resize(levels[0].decoded.size() * output_channels);
-            convolve_partially(levels[i].decode, weights, sources, result, {}, threads);
-        } else {
-            features finer(levels[i].decoded.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
-            convolve_partially(levels[i].decode, weights, sources, finer.values, {}, threads);
-            coarser = std::move(finer);
-        }
+        const source sources[] = {coarser.upsampled(levels[i].decoded_above), encoded[i].view()};
+        if (i == 0)
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
+        else
+            coarser = layer(levels[i].decode, layers.decoder[i], sources);
         encoded[i] = {};
         levels[i].decode = {};
         report();

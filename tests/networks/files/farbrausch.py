@@ -72,10 +72,10 @@ def smooth_image(height, width, seed):
     return (image.clamp(0, 1) * 255).round().to(torch.uint8)
 
 
-def check_windows(exists, kernel_sizes):
+def check_windows(exists, kernel_sizes, levels=model.LEVELS):
     """That breadth-first exploration reaches every existing pixel of every window, at every level: only then is a network on images
     the same as one on layered images."""
-    for level in range(model.LEVELS + 1):
+    for level in range(levels + 1):
         height, width = exists.shape
         for y, x in zip(*np.nonzero(exists)):
             # the corner of a pixel's 2 x 2 group is reached inside the group

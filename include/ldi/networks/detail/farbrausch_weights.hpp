@@ -6,7 +6,8 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>
-#include <ldi/networks/farbrausch_architecture.hpp>
+#include <ldi/networks/detail/network_input.hpp>
+#include <ldi/networks/inpainting_architecture.hpp>
 #include <ldi/nn/ldi/convolution.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 
@@ -15,6 +16,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
@@ -43,6 +46,20 @@ struct farbrausch_input<std::uint8_t> {
     }
 };
 
+template <class Value>
+masked_map<Value> converted(network_input input, std::size_t channels, const farbrausch_input<Value>& convert) {
+    masked_map<Value> result;
+    if constexpr (std::is_same_v<Value, float>) {
+        result.map.channels = channels;
+        result.map.values = std::move(input.values);
+    } else {
+        result.map = {input.values.size() / channels, channels, convert.zero()};
+        std::transform(input.values.begin(), input.values.end(), result.map.values.begin(), convert);
+    }
+    result.mask = std::move(input.mask);
+    return result;
+}
+
 /// One convolution per level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
@@ -53,7 +70,7 @@ struct farbrausch_convolutions {
 /// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
 class farbrausch_packer {
 public:
-    farbrausch_packer(const named_tensors& file, const farbrausch_architecture& architecture, isa target)
+    farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
         : file_(file), architecture_(architecture), target_(target) {}
 
     farbrausch_convolutions<conv_f32_weights> float32() const {
@@ -89,7 +106,7 @@ public:
 
 private:
     std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
-    static constexpr std::size_t input_channels = 4, output_channels = 3;
+    static constexpr std::size_t output_channels = 3;
 
     using values = buffer<float>;
     struct ranged_tensor {
@@ -118,8 +135,7 @@ private:
 
     /// The encoder's result at a level.
     ranged_tensor skip(std::size_t level) const {
-        if (level == 0) return {"input", input_channels};
-        return {encoder(level - 1), architecture_.channels[level - 1]};
+        return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
 
     template <class Weights, class Pack>
@@ -172,7 +188,7 @@ private:
     }
 
     const named_tensors& file_;
-    const farbrausch_architecture& architecture_;
+    const inpainting_architecture& architecture_;
     isa target_;
 };
 

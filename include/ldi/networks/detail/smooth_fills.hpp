@@ -34,7 +34,7 @@ public:
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    std::span<const float> values() const { return values_; }
+    buffer<float> release() { return std::move(values_); }
 
 private:
     static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
@@ -93,7 +93,7 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 
 /// The network's input and the colors that it corrects.
 struct smooth_fills {
-    masked_colors
+    buffer<float>
         input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
     buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
 };
@@ -221,7 +221,7 @@ private:
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
                 fill.set(row, relative);
             });
-        result.input = std::move(fill);
+        result.input = fill.release();
         return result;
     }
 

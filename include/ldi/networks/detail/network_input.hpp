@@ -1,0 +1,56 @@
+// What an inpainting network reads and what its layers make: feature maps, with a mask where the network leaves out missing
+// colors.
+#pragma once
+
+#include <ldi/base/memory.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
+#include <ldi/nn/ldi/pixel_subset.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// The network's input at the pixels that it reads.
+struct network_input {
+    buffer<float> values;       ///< rows x channels
+    buffer<std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+};
+
+/// Red, green, blue in [0, 1] of what is known; the rest is masked.
+inline network_input masked_input(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+                                  const pixel_subset& read) {
+    network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
+    for (std::size_t row = 0; row < read.size(); ++row) {
+        const std::size_t pixel = static_cast<std::size_t>(read.pixels[row]);
+        if (known[pixel] == 0) continue;
+        input.mask[row] = 1;
+        for (std::size_t c = 0; c < 3; ++c) input.values[3 * row + c] = nearest_float(colors[3 * pixel + c]) / 255.0F;
+    }
+    return input;
+}
+
+/// What a layer made.
+template <class Value>
+struct masked_map {
+    basic_feature_map<Value> map;
+    buffer<std::uint8_t> mask;  ///< for each row 1, or 0 where the layer saw nothing; empty: all 1
+
+    /// The map must live, and keep its size, as long as the view.
+    basic_feature_view<Value> view() const {
+        basic_feature_view<Value> result = map;
+        result.mask = mask;
+        return result;
+    }
+
+    /// As the pixels of the finer graph see it (feature_map.hpp, upsample()).
+    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
+        basic_feature_view<Value> result = upsample(map, rows);
+        result.mask = mask;
+        return result;
+    }
+};
+
+}  // namespace ldi::detail
