@@ -40,7 +40,7 @@ namespace {
 struct arguments {
     std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report, data;
     ldi::depth_map_options depth_map;
-    bool near_is_black = false, is_inverse = false, quiet = false, soft_edges = true;
+    bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
@@ -112,8 +112,8 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
                    "noise over what is inpainted, relative to the strength of what is fine around; 0 for none")
         ->check(ldi::examples::between(0, 4))
         ->capture_default_str();
-    app.add_flag("--soft-edges,!--no-soft-edges", a.soft_edges,
-                 "silhouettes fade out over a pixel or two, by a translucent strip (the default)");
+    app.add_flag("--no-soft-edges", a.hard_edges,
+                 "silhouettes end hard; else they fade out over a pixel or two, by a translucent strip");
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
         ->check(ldi::examples::between(16, 16384))
         ->capture_default_str();
@@ -196,7 +196,7 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo_with_depth
     options.long_side = a.long_side;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
-    if (!a.soft_edges) options.mesh.soft_edges.least_width = 0.0F;
+    if (a.hard_edges) options.mesh.soft_edges.least_width = 0.0F;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
     if (a.field_of_view > 0.0F) {
         // The same field of view as a 35 mm equivalent, which is what the options hold.

@@ -185,9 +185,13 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
 }
 
 // The pixels that a curve passes over on its way, once, or there and back and there again.
-inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, const corner_map& lattice) {
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
+                                        const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        const float distance = nearest_float(cut[k]);
+        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
+        float distance = 0.0F;
+        for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
         return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
     };
     buffer<swept_pixel> all, result;
@@ -265,9 +269,10 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            const plane_curve curve = make_plane_curve(traces[i], lattice, (std::max)(radius / 2, 1));
+            const std::int32_t reach = (std::max)(radius / 2, 1);
+            const plane_curve curve = make_plane_curve(traces[i], lattice, reach);
             const band around(curve, traces[i], photo, before, radius);
-            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), lattice);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), reach, lattice);
         }
     });
     for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
