@@ -35,7 +35,7 @@ struct texture_options {
     /// texture fades into grain.
     float tolerance = 13.0F;
     /// Rounds of the search; its direction alternates.
-    int rounds = 3;
+    int rounds = 2;
 };
 
 namespace detail {
