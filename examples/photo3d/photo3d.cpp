@@ -37,7 +37,8 @@ struct arguments {
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false;
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
-    float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
+    float field_of_view = 0.0F, texture = ldi::photo3d_options().texture.strength, grain = ldi::photo3d_options().grain.strength,
+          motion = ldi::photo3d_options().expand.motion;
     int quality = 85;
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
@@ -91,8 +92,15 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
            "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
         ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
         ->capture_default_str();
-    app.add_option("--grain", a.grain,
-                   "noise over what is inpainted, relative to the strength of what is fine around; 0 for none")
+    app.add_option(
+           "--texture", a.texture,
+           "how much of the photo's texture what is inpainted gets, from places of the same surface that look like it; 0 for "
+           "none")
+        ->check(CLI::Range(0.0, 4.0))
+        ->capture_default_str();
+    app.add_option(
+           "--grain", a.grain,
+           "noise over what is inpainted where it gets no texture, relative to the strength of what is fine around; 0 for none")
         ->check(CLI::Range(0.0, 4.0))
         ->capture_default_str();
     app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
@@ -139,6 +147,7 @@ void find_weights(arguments& a, const std::filesystem::path& data) {
 ldi::photo3d_options options_for(const arguments& a, const ldi::photo& photo) {
     ldi::photo3d_options options;
     options.long_side = a.long_side;
+    options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
     if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
@@ -200,7 +209,7 @@ void run(const arguments& a) {
     const std::string depth = (a.depth.empty() ? a.depth_model : a.depth).string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const nlohmann::ordered_json report =
-        ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());
+        ldi::examples::make_report(result, clock, depth, inpainting, a.texture, a.grain, glb.size(), jpeg.size());
     if (!a.report.empty()) {
         const std::string text = report.dump(2) + "\n";
         ldi::write_file(a.report, std::as_bytes(std::span(text)));
