@@ -121,6 +121,60 @@ TEST_CASE(
     CHECK(bark / (3 * 40 * (height / 2 - 5)) > 3);
 }
 
+TEST_CASE("specks, far stronger than the photo's detail around, are held back") {
+    std::mt19937 random(8);
+    const photo_layers before = around_a_band(
+        [&](std::int32_t x, std::int32_t y) {
+            const bool is_speck = (x < 35 || x >= 85) && (7 * x + 13 * y) % 31 == 0;
+            const int value = 128 + testing::below(random, 5) - 2 + (is_speck ? 100 : 0);
+            return rgb{value, value, value};
+        },
+        [](std::int32_t, std::int32_t) {
+            return rgb{128, 128, 128};
+        });
+    const auto greatest_change = [&](float crest) {
+        photo_layers layers = before;
+        texture_options options;
+        options.crest = crest, options.tolerance = 255.0F;
+        add_texture(layers, options, no_grain);
+        int greatest = 0;
+        for (std::int32_t i = 0; i < width * height; ++i)
+            greatest = std::max(greatest, std::abs(layers.at<color_column>(i)[1] - before.at<color_column>(i)[1]));
+        return greatest;
+    };
+    CHECK(greatest_change(texture_options().crest) < 10);
+    CHECK(greatest_change(1000.0F) > 40);
+}
+
+TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
+    std::mt19937 random(9);
+    const photo_layers layers = around_a_band(
+        [&](std::int32_t, std::int32_t) {
+            return rgb{testing::below(random, 40), 20, 20};
+        },
+        [](std::int32_t, std::int32_t) {
+            return rgb{20, 20, 20};
+        });
+    const graph& g = layers.topology;
+    const detail::texture_cells cells = detail::find_texture_cells(g, layers.column<known_column>(), 32, 3);
+    buffer<detail::texture_color> colors(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        std::ranges::copy(layers.at<color_column>(cells.pixel[cell]), colors[cell].begin());
+    detail::blur_cells(cells, colors, 4);
+    const buffer<detail::texture_surroundings> looks = detail::describe_cells(cells, colors);
+    const buffer<std::int32_t> source = detail::texture_search(g, cells, looks, 32).run(2);
+    int pairs = 0, coherent = 0;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell)
+        for (const side s : {side::right, side::down}) {
+            const std::int32_t n = cells.neighbor(cell, s);
+            if (n == no_pixel || !cells.is_unknown(cell) || !cells.is_unknown(n)) continue;
+            REQUIRE(cells.is_source(source[cell]));
+            ++pairs;
+            coherent += cells.neighbor(source[cell], s) == source[n] ? 1 : 0;
+        }
+    CHECK(coherent > 0.9 * pairs);
+}
+
 TEST_CASE(
     "texture comes over links only, and only what is not known changes: each of the surfaces varies in a channel of its own") {
     std::mt19937 random(6);
