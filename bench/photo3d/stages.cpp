@@ -4,7 +4,7 @@
 // The photo is a telephone's with the published network's depth where ../shared is present, else the shipped sample.
 
 #include <ldi/occlusion/diffusion_inpainter.hpp>
-#include <ldi/occlusion/grain.hpp>
+#include <ldi/occlusion/texture_transfer.hpp>
 #include <ldi/photo3d.hpp>
 
 #include "bench/support/converted_photo.hpp"
@@ -86,9 +86,9 @@ const auto registered = [] {
         ldi::diffusion_inpainter().inpaint(layers, {}, one_thread);
         return layers;
     });
-    measure("grain", 0, [](benchmark::State& state) {
+    measure("texture and grain", 0, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
-        ldi::add_grain(layers, options.grain);
+        ldi::add_texture(layers, options.texture, options.grain);
         return layers;
     });
     measure("chart generation", 72, [](benchmark::State&) { return ldi::make_charts(photo().layers, options.charts); });

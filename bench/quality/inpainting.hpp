@@ -7,6 +7,7 @@
 #include "metrics.hpp"
 #include "picture_quality.hpp"
 #include "subjects.hpp"
+#include "views.hpp"
 
 #include <examples/photo3d/stage_pictures.hpp>
 
@@ -46,7 +47,7 @@ struct inpainting_result {
     std::string name;
     double inpainted_share = 0;  ///< of the photo
     double cut_off = 0;          ///< share of the hidden pixels from where no link leads to what is known
-    inpainted network, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
+    inpainted network, with_texture, diffusion, network_in_screen_space, diffusion_in_screen_space, truth;
 };
 
 /// The same network or diffusion on a picture, all of whose pixels are linked.
@@ -153,6 +154,7 @@ inpainting_result measure_inpainting(const subject& s, float shift, const ldi::f
         return compare(reproject(filled).color, to);
     };
     const picture by_network = in_layers(network, result.network);
+    in_layers(textured<ldi::farbrausch>{network}, result.with_texture);
     in_layers(ldi::diffusion_inpainter(), result.diffusion);
     const picture on_screen = compare(inpaint_picture(network, first, threads), result.network_in_screen_space);
     compare(inpaint_picture(ldi::diffusion_inpainter(), first, threads), result.diffusion_in_screen_space);
@@ -214,6 +216,7 @@ inline void print_inpainting(const char* title, const std::vector<inpainting_res
         std::printf("\n");
     };
     line("Farbrausch", &inpainting_result::network, true);
+    line("Farbrausch and texture", &inpainting_result::with_texture, true);
     line("diffusion", &inpainting_result::diffusion, true);
     line("Farbrausch (screen space)", &inpainting_result::network_in_screen_space, false);
     line("diffusion (screen space)", &inpainting_result::diffusion_in_screen_space, false);

@@ -25,7 +25,7 @@
 
 namespace ldi_quality {
 
-enum method : std::size_t { no_expansion, by_diffusion, by_network, in_screen_space, method_count };
+enum method : std::size_t { no_expansion, by_diffusion, by_network, with_texture, in_screen_space, method_count };
 
 struct novel_view {
     std::string name;
@@ -51,8 +51,8 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
     };
     const int needed = static_cast<int>(std::ceil(s.parallax())) + 2;
     const ldi::rendering none = render(network, 0), diffused = render(ldi::diffusion_inpainter(), needed),
-                         expanded = render(network, needed);
-    const std::array<picture, method_count> results{none.color, diffused.color, expanded.color,
+                         expanded = render(network, needed), detailed = render(textured<ldi::farbrausch>{network}, needed);
+    const std::array<picture, method_count> results{none.color, diffused.color, expanded.color, detailed.color,
                                                     network.inpaint(none.color, none.coverage, {}, threads)};
 
     novel_view result;
@@ -76,7 +76,7 @@ novel_view measure_novel_view(const subject& s, const ldi::farbrausch& network, 
         result.whole[m] = measure(results[m], s.seen, frame, perceived);
         result.inside[m] = measure(results[m], s.seen, hole, perceived);
     }
-    const char* names[] = {"none", "diffusion", "farbrausch", "screen_space"};
+    const char* names[] = {"none", "diffusion", "farbrausch", "texture", "screen_space"};
     for (std::size_t m = 0; m < method_count; ++m)
         ldi::save_png(folder / ("view_" + s.name + "_" + names[m] + ".png"), results[m]);
     ldi::save_png(folder / ("view_" + s.name + "_truth.png"), s.seen);
@@ -103,8 +103,9 @@ inline void print_novel_views(const char* title, const std::vector<novel_view>& 
     std::printf("\n### Novel views: %s\n\n", title);
     std::printf("PSNR in dB over the frame / inside what the photo did not see; shares of the frame.\n\n");
     std::printf(
-        "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | in screen space | uncovered | at the "
-        "worst place of the default motion | with degraded depth |\n|---|---|---|---|---|---|---|---|---|\n");
+        "| picture | not seen by the photo | no expansion | diffusion | Farbrausch | with texture | in screen space | uncovered "
+        "| at the "
+        "worst place of the default motion | with degraded depth |\n|---|---|---|---|---|---|---|---|---|---|\n");
     const auto line = [](const novel_view& v) {
         std::printf("| %s | %.2f %% |", v.name.c_str(), 100 * v.disoccluded);
         for (std::size_t m = 0; m < method_count; ++m) std::printf(" %.2f / %.2f |", v.whole[m].psnr, v.inside[m].psnr);

@@ -102,7 +102,7 @@ void run(const arguments& a) {
     const silhouette_quality degraded = mean_of(all_silhouettes, "degraded");
     std::printf(
         "\nldi over screen space %+.2f dB, uncovered %.3f %%, lpips %.3f (diffusion %.3f), silhouettes %.1f px, halo %.1f\n",
-        lead(all_inpainting), uncovered, average.inside[by_network].lpips, average.inside[by_diffusion].lpips,
+        lead(all_inpainting), uncovered, average.inside[with_texture].lpips, average.inside[by_diffusion].lpips,
         degraded.distance.pixels, degraded.halo);
 }
 

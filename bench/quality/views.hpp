@@ -23,9 +23,21 @@ inline ldi::photo3d_options true_depth_options(const subject& s, int iterations)
     options.normalize.largest_depth_ratio = 1e6F;
     options.expand.motion = 1;
     options.expand.iterations = iterations;
-    options.grain.strength = 0;  // fills are compared, and grain would cost each of them the same
+    options.texture.strength = options.grain.strength = 0;  // fills are compared, and `textured` says where they have both
     return options;
 }
+
+/// An inpainter and the library's texture over what it answers.
+template <class Inpainter>
+struct textured {
+    const Inpainter& answers;
+
+    template <class Layers, class Executor>
+    void inpaint(Layers& layers, const ldi::progress_listener& progress, Executor& threads) const {
+        answers.inpaint(layers, progress, threads);
+        ldi::add_texture(layers);
+    }
+};
 
 /// Where the other view shows what the photo's picture reaches to, whatever its depth: what a frame leaves in sight.
 inline mask frame_of(const subject& s) {

@@ -43,7 +43,8 @@ struct arguments {
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
     std::size_t long_side = ldi::photo3d_options().long_side, threads = 0;
-    float field_of_view = 0.0F, grain = ldi::photo3d_options().grain.strength, motion = ldi::photo3d_options().expand.motion;
+    float field_of_view = 0.0F, texture = ldi::photo3d_options().texture.strength, grain = ldi::photo3d_options().grain.strength,
+          motion = ldi::photo3d_options().expand.motion;
     int quality = 85;
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
@@ -108,8 +109,15 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
            "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
         ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
         ->capture_default_str();
-    app.add_option("--grain", a.grain,
-                   "noise over what is inpainted, relative to the strength of what is fine around; 0 for none")
+    app.add_option(
+           "--texture", a.texture,
+           "how much of the photo's texture what is inpainted gets, from places of the same surface that look like it; 0 for "
+           "none")
+        ->check(ldi::examples::between(0, 4))
+        ->capture_default_str();
+    app.add_option(
+           "--grain", a.grain,
+           "noise over what is inpainted where it gets no texture, relative to the strength of what is fine around; 0 for none")
         ->check(ldi::examples::between(0, 4))
         ->capture_default_str();
     app.add_flag("--no-soft-edges", a.hard_edges,
@@ -194,6 +202,7 @@ ldi::photo3d_options options_for(const arguments& a, const ldi::photo_with_depth
     const ldi::photo& photo = input.photo;
     ldi::photo3d_options options;
     options.long_side = a.long_side;
+    options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
     if (a.hard_edges) options.mesh.soft_edges.least_width = 0.0F;
@@ -312,7 +321,7 @@ void run(arguments& a, ldi::examples::output_files& files) {
                                           : ldi::examples::name_of_input(a.depth.empty() ? a.depth_model : a.depth),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
     const nlohmann::ordered_json report =
-        ldi::examples::make_report(result, clock, depth, inpainting, a.grain, glb.size(), jpeg.size());
+        ldi::examples::make_report(result, clock, depth, inpainting, a.texture, a.grain, glb.size(), jpeg.size());
     if (!a.report.empty()) files.write(a.report, ldi::examples::to_text(report));
     if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages, files);
     ldi::thread_pool threads(a.threads);

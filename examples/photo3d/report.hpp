@@ -95,9 +95,9 @@ inline std::size_t layer_count(const graph& g) {
 /// Figures of the result; file sizes in bytes.
 ///
 /// depth, inpainting  what they come from: paths of files, or the name of a method
-/// grain              strength of the grain over what was inpainted
+/// texture, grain     their strengths over what was inpainted
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, float grain, std::size_t glb_bytes,
+                                          const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
                                           std::size_t jpeg_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
@@ -112,6 +112,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
     report["inpainting"] = inpainting;
+    report["texture"] = texture;
     report["grain"] = grain;
     report["layers"] = layer_count(result.layers.topology);
     report["curves"] = result.curves.size();

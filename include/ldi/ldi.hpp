@@ -67,6 +67,7 @@
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
+#include <ldi/occlusion/texture_transfer.hpp>
 
 #include <ldi/charts/charts.hpp>
 

@@ -1,6 +1,6 @@
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
-// (occlusion/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
-// you want only a part, or your own part in between.
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and texture
+// (occlusion/texture_transfer.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use
+// those where you want only a part, or your own part in between.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -25,6 +25,7 @@
 #include <ldi/occlusion/lift.hpp>
 #include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
+#include <ldi/occlusion/texture_transfer.hpp>
 #include <ldi/texture/atlas.hpp>
 
 #include <algorithm>
@@ -86,6 +87,7 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
+    texture_options texture;
     grain_options grain;
     chart_options charts;
     atlas_options atlas;
@@ -161,7 +163,7 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }  // namespace detail
 
 /// photo      H x W x 3, at least one pixel
-/// inpainter  grain is added to its result; set options.grain.strength to 0 for one that makes texture itself
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
@@ -204,7 +206,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 
     progress.report("color inpainting", 0.0F);
     inpainter.inpaint(result.layers, progress, threads);
-    add_grain(result.layers, options.grain);
+    add_texture(result.layers, options.texture, options.grain);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

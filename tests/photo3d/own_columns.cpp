@@ -30,7 +30,8 @@ std::uint16_t material_at(std::int32_t x, std::int32_t y) { return static_cast<s
 }  // namespace
 
 TEST_CASE(
-    "normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, grain, charts and atlas") {
+    "normals and materials go from lift() to the vertices of the mesh, through both inpainters' doors, texture, charts and "
+    "atlas") {
     std::mt19937 random(4);
     for (int round = 0; round < 20; ++round) {
         const std::size_t rows = 40 + random() % 40, columns = 40 + random() % 40;
@@ -53,7 +54,7 @@ TEST_CASE(
         auto layers = expand(std::move(layer), std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10});
         const serial_executor threads;
         diffusion_inpainter().inpaint(layers, {}, threads);
-        add_grain(layers);
+        add_texture(layers);
         const chart_set charts = make_charts(layers);
         const texture_atlas atlas = make_atlas(layers, charts);
         const textured_mesh mesh = build_mesh(layers, charts, atlas);

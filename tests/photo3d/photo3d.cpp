@@ -99,7 +99,7 @@ TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") 
 TEST_CASE("every stage leaves a sound layered image, and no pixel without color") {
     for (const char* name : {"rods", "random1", "random2", "random5"}) {
         ldi::photo3d_options options;
-        options.grain.strength = 0.0F;  // it may make a dark pixel black
+        options.texture.strength = options.grain.strength = 0.0F;  // they may make a dark pixel black
         const converted c = convert(name, 150, 200, options);
         const ldi::graph& g = c.result.layers.topology;
         INFO(name);
@@ -114,7 +114,7 @@ TEST_CASE("every stage leaves a sound layered image, and no pixel without color"
     }
 }
 
-TEST_CASE("grain is laid over what was inpainted, and changes nothing else") {
+TEST_CASE("texture and grain are laid over what was inpainted, and change nothing else") {
     const ldi::scenes::scene scene = ldi::scenes::scene_by_name("random4", 150, 200);
     ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
     std::mt19937 random(4);
@@ -122,21 +122,24 @@ TEST_CASE("grain is laid over what was inpainted, and changes nothing else") {
         value = static_cast<std::uint8_t>(std::clamp<int>(value + static_cast<int>(random() % 21) - 10, 0, 255));
     ldi::image<float> disparity = picture.disparity;
     for (float& value : disparity) value = std::clamp(value, 0.0F, 1.0F);
-    const auto made = [&](float strength) {
+    const auto made = [&](float texture, float grain) {
         ldi::photo3d_options options;
         options.normalize.is_inverse_depth = false;
-        options.grain.strength = strength;
+        options.texture.strength = texture;
+        options.grain.strength = grain;
         return ldi::make_photo3d(picture.color, ldi::given_disparity{disparity}, ldi::diffusion_inpainter{}, options);
     };
-    const ldi::photo3d without = made(0.0F), with = made(1.0F);
-    CHECK((with.mesh.positions == without.mesh.positions));
-    std::size_t changed = 0;
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(with.layers.size()); ++i) {
-        const bool differs = with.layers.at<ldi::color_column>(i)[0] != without.layers.at<ldi::color_column>(i)[0];
-        if (with.layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] != 0) REQUIRE_FALSE(differs);
-        changed += differs ? 1 : 0;
+    const ldi::photo3d without = made(0.0F, 0.0F);
+    for (const ldi::photo3d& with : {made(1.0F, 0.0F), made(0.0F, 1.0F)}) {
+        CHECK((with.mesh.positions == without.mesh.positions));
+        std::size_t changed = 0;
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(with.layers.size()); ++i) {
+            const bool differs = with.layers.at<ldi::color_column>(i)[0] != without.layers.at<ldi::color_column>(i)[0];
+            if (with.layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] != 0) REQUIRE_FALSE(differs);
+            changed += differs ? 1 : 0;
+        }
+        CHECK(changed > 100);
     }
-    CHECK(changed > 100);
 }
 
 TEST_CASE("threads do not change the result") {
@@ -177,6 +180,7 @@ TEST_CASE("options that make no sense are refused") {
     CHECK(is_refused([](ldi::photo3d_options& o) { o.resample.color_sigma = 0.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.median.sigma = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.expand.motion = -1.0F; }));
+    CHECK(is_refused([](ldi::photo3d_options& o) { o.texture.strength = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.grain.strength = -1.0F; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.charts.max_side = 0; }));
     CHECK(is_refused([](ldi::photo3d_options& o) { o.atlas.padding.filter_padding = 0; }));

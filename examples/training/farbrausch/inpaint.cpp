@@ -7,7 +7,7 @@
 // not exist, as masks.py has them. Out, for each: height x width x 3 bytes; what does not exist is black.
 
 #include <ldi/formats/farbrausch_file.hpp>
-#include <ldi/occlusion/grain.hpp>
+#include <ldi/occlusion/texture_transfer.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -45,7 +45,7 @@ void serve(const ldi::farbrausch& network) {
             throw std::runtime_error("a picture that is cut off");
         ldi::photo_layers layers = existing(color, labels, size[1], size[0]);
         network.inpaint(layers, {}, threads);
-        ldi::add_grain(layers);
+        ldi::add_texture(layers);
         for (std::size_t i = 0; i < layers.size(); ++i) {
             const std::size_t at = static_cast<std::size_t>(layers.topology.y[i]) * static_cast<std::size_t>(size[1]) +
                                    static_cast<std::size_t>(layers.topology.x[i]);

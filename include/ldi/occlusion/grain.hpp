@@ -15,6 +15,7 @@
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
+#include <ldi/occlusion/detail/scrambled.hpp>
 
 #include <algorithm>
 #include <array>
@@ -39,11 +40,7 @@ namespace detail {
 
 /// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
 inline float grain_at(std::int32_t x, std::int32_t y) {
-    // the finalizer of MurmurHash3 (Austin Appleby, public domain)
-    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U ^ 0x27D4EB2FU;
-    h = (h ^ h >> 16) * 0x85EBCA6BU;
-    h = (h ^ h >> 13) * 0xC2B2AE35U;
-    h ^= h >> 16;
+    const std::uint32_t h = scrambled(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
     return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
@@ -93,10 +90,40 @@ private:
     const buffer<std::uint8_t>& known_;
 };
 
-inline void check_grain_option(const char* name, float value, float most) {
-    if (!(value >= 0.0F && value <= most))
-        raise(error_code::invalid_option, std::string("grain_options, ") + name, "0 to " + std::to_string(static_cast<int>(most)),
-              std::to_string(value));
+inline void check_option(const char* name, float value, float least, float most) {
+    if (!(value >= least && value <= most))
+        raise(error_code::invalid_option, name,
+              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), std::to_string(value));
+}
+
+inline void check_options(const grain_options& options) {
+    check_option("grain_options, strength", options.strength, 0.0F, 100.0F);
+    check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
+}
+
+/// How strong the photo's detail is around each unknown pixel, as the standard deviation of noise that has as much, in gray
+/// levels: one value per unknown pixel, in their order.
+///
+/// limit   above 0; detail counts up to this
+/// rounds  Gauss-Seidel rounds on each level of the diffusion
+template <has_columns<color_column, known_column> Layers>
+buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
+    const grain_meter meter(layers.topology, layers.template column<color_column>(), layers.template column<known_column>());
+    buffer<float> result;
+    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    diffuse_unknown<1>(
+        layers.topology, layers.template column<known_column>(), rounds,
+        [&](std::int32_t pixel, side s) {
+            const float noise = meter.detail_at(pixel, s) / grain_meter::of_unit_noise;
+            root = rounded_to_byte(255.0F * std::sqrt((std::min)(noise / limit, 1.0F)));
+            return &root;
+        },
+        [] {},
+        [&](std::int32_t, const diffusion<1>::value_type& diffused) {
+            const float part = diffused[0] / 255.0F;
+            result.push_back(limit * part * part);
+        });
+    return result;
 }
 
 }  // namespace detail
@@ -108,25 +135,16 @@ inline void check_grain_option(const char* name, float value, float most) {
 /// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
-    detail::check_grain_option("strength", options.strength, 100.0F);
-    detail::check_grain_option("limit", options.limit, 255.0F);
+    detail::check_options(options);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
-    const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
-    std::uint8_t root = 0;  // of the noise around, relative to the limit
-    detail::diffuse_unknown<1>(
-        g, layers.template column<known_column>(), options.rounds,
-        [&](std::int32_t pixel, side s) {
-            const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = detail::rounded_to_byte(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F)));
-            return &root;
-        },
-        [] {},
-        [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
-            const float part = diffused[0] / 255.0F;
-            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[pixel], g.y[pixel]);
-            for (std::uint8_t& value : layers.template at<color_column>(pixel)) value = detail::rounded_to_byte(value + grain);
-        });
+    const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
+    std::int32_t next = 0;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (layers.template column<known_column>()[i] != 0) continue;
+        const float grain = options.strength * around[next++] * detail::grain_at(g.x[i], g.y[i]);
+        for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
+    }
 }
 
 }  // namespace ldi
