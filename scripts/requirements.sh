@@ -14,7 +14,8 @@ readonly needs_weight_files=("header protozero/pbf_reader.hpp;libprotozero-dev")
 readonly needs_io=(
     "header stb/stb_image.h;libstb-dev" "header png.h;libpng-dev"
     "header libexif/exif-data.h;libexif-dev" "${needs_weight_files[@]}")
-readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
+readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev"
+    "header meshoptimizer.h;libmeshoptimizer-dev" "header webp/encode.h;libwebp-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
     "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
     "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")
