@@ -19,6 +19,18 @@ target_compile_definitions(ldi_development INTERFACE
 find_package(nlohmann_json REQUIRED)  # what the programs write and what benchmarks read
 target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
 
+# What photo3d --compress needs. Without it the program is built without that option's work.
+find_package(meshoptimizer CONFIG QUIET)
+find_path(LDI_WEBP_INCLUDE_DIR webp/encode.h)
+find_library(LDI_WEBP_LIBRARY webp)
+mark_as_advanced(LDI_WEBP_INCLUDE_DIR LDI_WEBP_LIBRARY)
+if(TARGET meshoptimizer::meshoptimizer AND LDI_WEBP_INCLUDE_DIR AND LDI_WEBP_LIBRARY)
+    add_library(ldi_compression INTERFACE)
+    target_include_directories(ldi_compression SYSTEM INTERFACE "${LDI_WEBP_INCLUDE_DIR}")
+    target_link_libraries(ldi_compression INTERFACE meshoptimizer::meshoptimizer "${LDI_WEBP_LIBRARY}")
+    target_compile_definitions(ldi_compression INTERFACE LDI_WITH_COMPRESSION)
+endif()
+
 if(LDI_TEST_SINGLE_INCLUDE)
     find_package(Python3 REQUIRED COMPONENTS Interpreter)
     set(forward "${PROJECT_BINARY_DIR}/single_include_forward")

@@ -16,7 +16,8 @@ readonly needs_io=(
     "header libexif/exif-data.h;libexif-dev" "${needs_weight_files[@]}"
     "header libheif/heif.h;libheif-dev" "header webp/decode.h;libwebp-dev" "header tiffio.h;libtiff-dev"
     "header lcms2.h;liblcms2-dev" "header pugixml.hpp;libpugixml-dev")
-readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev")
+readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev"
+    "header meshoptimizer.h;libmeshoptimizer-dev" "header webp/encode.h;libwebp-dev")
 readonly needs_tests=("header catch2/catch.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
     "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
     "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")

@@ -1,5 +1,6 @@
 // photo3d: a photo in, a 3D photo out: a GLB file, or an HTML page that shows it.
 
+#include "compression.hpp"
 #include "data_files.hpp"
 #include "documents.hpp"
 #include "html_page.hpp"
@@ -49,6 +50,7 @@ struct arguments {
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
     ldi::examples::video_options video;
+    ldi::examples::compression_choice compression;
 
     ldi::arithmetic inpainting_arithmetic() const {
         for (const ldi::arithmetic kind : {ldi::arithmetic::float32, ldi::arithmetic::bfloat16, ldi::arithmetic::int8})
@@ -137,6 +139,7 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option("--quality", a.quality, "JPEG quality of the texture")
         ->check(ldi::examples::between(1, 100))
         ->capture_default_str();
+    ldi::examples::describe_compression(app, a.compression);
     app.add_option("--threads", a.threads, "0: as many as the machine has")
         ->check(ldi::examples::between(0, 1024))
         ->capture_default_str();
@@ -286,6 +289,7 @@ void check_files(const arguments& a, ldi::examples::output_files& files) {
     if (!a.html.empty()) files.claim(a.html);
     if (!a.report.empty()) files.claim(a.report, true);
     if (!a.stages.empty()) files.claim_folder(a.stages);
+    ldi::examples::check_compression(a.compression);
     ldi::examples::check_video(a.video, files);
 }
 
@@ -314,7 +318,9 @@ void run(arguments& a, ldi::examples::output_files& files) {
     glb_options.camera = result.layers.camera;
     glb_options.motion = result.layers.motion;
     glb_options.range = result.layers.range;
-    const ldi::buffer<std::byte> glb = ldi::encode_glb(result.mesh, jpeg, glb_options);
+    if (!ldi::examples::is_standard(a.photo)) glb_options.source = ldi::examples::as_utf8(a.photo.filename().string());
+    const std::vector<std::byte> glb =
+        ldi::examples::compressed(result, ldi::encode_glb(result.mesh, jpeg, glb_options), a.quality, a.compression);
     clock.finish();
 
     const std::string depth = input.depth ? input.depth->source

@@ -135,6 +135,12 @@ inline std::string to_text(const nlohmann::ordered_json& report) {
     return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+/// Text without what is no UTF-8 in it.
+inline std::string as_utf8(const std::string& text) {
+    return nlohmann::json::parse(nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
+        .get<std::string>();
+}
+
 /// The figures as lines of text.
 inline std::string to_table(const nlohmann::ordered_json& report) {
     std::string table;

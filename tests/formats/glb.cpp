@@ -192,7 +192,20 @@ TEST_CASE("a GLB file says how far the camera may go") {
     CHECK(model.scenes.at(0).extras.Get("motion").GetNumberAsDouble() == 0.08);
     CHECK(model.scenes.at(0).extras.Get("nearest").GetNumberAsDouble() == 1.5);
     CHECK(model.scenes.at(0).extras.Get("farthest").GetNumberAsDouble() == 20.0);
+    CHECK(model.scenes.at(0).extras.Size() == 3);
     CHECK(read_back(encode_glb(mesh, texture)).scenes.at(0).extras.Type() == tinygltf::NULL_TYPE);
+}
+
+TEST_CASE("a GLB file says what it was made of") {
+    glb_options options;
+    options.source = "a \"photo\" \\ of\nB\u00E9b\u00E9.jpg";
+    options.motion = 0.08F;
+    options.camera = some_camera();
+    const tinygltf::Model model = read_back(encode_glb(make_sheet(3, 3), encode_jpeg(smooth_picture(8, 8, 3), 85), options));
+    const tinygltf::Value& extras = model.scenes.at(0).extras;
+    CHECK(extras.Get("source").Get<std::string>() == options.source);
+    const double diagonal = std::hypot(some_camera().width, some_camera().height);
+    CHECK(extras.Get("focal_length_35mm").GetNumberAsDouble() == Approx(1000 * std::hypot(36, 24) / diagonal));
 }
 
 TEST_CASE("a GLB file is byte for byte what tinygltf makes of the same") {

@@ -360,6 +360,29 @@ await test("without a photo the viewer asks for one; a GLB dropped on it is show
     assert.ok(psnr > 28, `${psnr} dB`);
 });
 
+await test("a compressed GLB looks like the plain one, and moves as far", empty(still), async (page) => {
+    const shown = [];
+    for (const [name, bytes] of [["plain.glb", glb], ["compressed.glb", await readFile(join(top, "out/sample_compressed.glb"))]]) {
+        await drop(page, name, bytes);
+        await page.waitForFunction((title) => document.title === title, name.replace(".glb", ""));
+        for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowRight");
+        const { angles } = await settle(page);
+        shown.push({ picture: await picture(page, "#view"), angles });
+    }
+    const [plain, compressed] = shown;
+    const psnr = await desk.psnr(compressed.picture, plain.picture);
+    console.log(`        ${psnr.toFixed(1)} dB`);
+    assert.ok(psnr > 45, `${psnr} dB`);
+    assertNear(compressed.angles.horizontal, plain.angles.horizontal, 1e-3, "degrees");
+});
+
+await test("a page with a compressed photo, its texture in WebP, shows the photo", () => openPhoto(context, join(top, "out/sample_compressed.html"), still), async (page) => {
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
+    console.log(`        ${psnr.toFixed(1)} dB`);
+    assert.ok(psnr > 28, `${psnr} dB`);
+    assert.ok((await stat(join(top, "out/sample_compressed.html"))).size < (await stat(samplePage)).size - 50_000);
+});
+
 await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(glb) });
     await waitUntilDrawn(page);

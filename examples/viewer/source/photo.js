@@ -1,6 +1,7 @@
 // Reads a GLB file, and finds in it what the viewer must know: where the photo's camera stood, and how near and far things are.
 
 import { Box3, Group, Matrix4, Vector3 } from "three";
+import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { readBudget } from "./budget.js";
 
@@ -24,7 +25,7 @@ export async function readPhoto(bytes) {
     const isGlb = bytes.byteLength >= 12 && new DataView(bytes).getUint32(0) === 0x676c5446; // "glTF"
     if (!isGlb) throw new Error("It is no GLB file.");
     if (new DataView(bytes).getUint32(8, true) > bytes.byteLength) throw new Error("It is cut off.");
-    const file = await new GLTFLoader().parseAsync(bytes, "");
+    const file = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, "");
     const model = new Group();
     model.add(file.scene);
     file.scene.updateWorldMatrix(true, true);

@@ -65,6 +65,7 @@ export class Stage {
         this.fitCanvas();
         return new Promise((resolve) => {
             this.whenDrawn = resolve;
+            this.needsDrawing = true; // what fitCanvas() has drawn was before somebody waited
             this.renderer.setAnimationLoop((time, frame) => this.draw(time, frame));
         });
     }

@@ -33,8 +33,11 @@ struct glb_options {
     /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
     /// say.
     std::optional<float> motion = std::nullopt;
-    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`.
+    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`. So is the
+    /// camera's lens, as `focal_length_35mm`.
     depth_range range = {};
+    /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
+    std::string source = {};
     /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
     bool double_sided = true;
 };
@@ -94,6 +97,22 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
+/// What viewers and people may want to know and glTF has no place for, if anything.
+inline void add_extras(json_text& json, const glb_options& options) {
+    const char* before = R"("extras":{)";
+    const auto add = [&](std::string_view name, const auto& value) {
+        json.add(before, "\"", name, "\":", value);
+        before = ",";
+    };
+    if (options.motion) add("farthest", shortest(options.range.z_far));
+    if (options.motion && options.camera)
+        add("focal_length_35mm",
+            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
+    if (before[0] == ',') json.add("},");
+}
+
 /// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
@@ -117,9 +136,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
     // Linear filters, with mip maps; nothing repeats beyond the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
-    if (options.motion)
-        json.add(R"("extras":{"farthest":)", shortest(options.range.z_far), R"(,"motion":)", shortest(*options.motion),
-                 R"(,"nearest":)", shortest(options.range.z_near), "},");
+    add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
     return json.text();
 }

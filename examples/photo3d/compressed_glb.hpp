@@ -1,0 +1,172 @@
+// A GLB file in a third to two thirds of its bytes: `photo3d --compress`. Geometry by EXT_meshopt_compression on the grid of
+// KHR_mesh_quantization, the texture by EXT_texture_webp. Whatever else stands in the file's JSON stays as it is.
+#pragma once
+
+#include "compressed_geometry.hpp"
+#include "glb_parts.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/picture_format.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+struct compression_options {
+    /// How far a vertex may move as the photo's camera sees it, at distance 1: a tenth of a pixel for a focal length of 2000.
+    float precision = 5e-5F;
+    /// The texture as a WebP file of the same size. Empty: the texture stays.
+    std::span<const std::byte> webp;
+    /// The texture stays beside the WebP file, for viewers that don't read that.
+    bool keeps_texture = false;
+};
+
+/// The same 3D photo in fewer bytes. Vertices that nothing uses are dropped; translucent triangles keep their order. Viewers must
+/// know the extensions that it requires: EXT_meshopt_compression, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp,
+/// each unless the photo does without.
+///
+/// glb  a file of encode_glb()
+/// Raises invalid_data if it is another.
+std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options = {});
+
+/// Gives one mesh's geometry, on common grids, to the packer and its accessors to the JSON.
+class mesh_packer {
+public:
+    mesh_packer(glb_json& content, glb_packer& packer, float precision)
+        : json_(content), packer_(packer), precision_(precision) {}
+
+    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, const std::optional<texel_grid>& texels) {
+        const std::optional<position_grid> grid = find_grid(geometries, precision_);
+        for (std::size_t i = 0; i < geometries.size(); ++i) {
+            primitive_geometry& g = geometries[i];
+            glb_json& primitive = mesh.at("primitives").at(i);
+            sort_for_compression(g);
+            put(primitive["attributes"]["POSITION"], position_accessor(g, grid));
+            put(primitive["attributes"]["TEXCOORD_0"], texture_accessor(g, texels));
+            if (!g.colors.empty())
+                put(primitive["attributes"]["COLOR_0"],
+                    accessor(compress_column(g.colors, 4), 5121, "VEC4", {{"normalized", true}}));
+            const compressed_stream triangles = compress_triangles(g);
+            put(primitive["indices"], accessor(triangles, triangles.stride == 2 ? 5123 : 5125, "SCALAR"));
+        }
+        if (!grid) return;
+        uses_quantization = true;
+        for (glb_json& node : json_.at("nodes")) {
+            if (!node.contains("mesh")) continue;
+            for (const char* other : {"matrix", "translation", "rotation", "scale"})
+                if (node.contains(other)) raise_other_glb("a node that moves its mesh");
+            node["translation"] = grid->lowest, node["scale"] = grid->step;
+        }
+    }
+
+    bool uses_quantization = false;
+
+private:
+    /// Replaces the accessor of that number, which no other primitive has.
+    void put(const glb_json& index, const glb_json& accessor) { json_.at("accessors").at(index.get<std::size_t>()) = accessor; }
+
+    glb_json accessor(const compressed_stream& stream, int component_type, const char* type,
+                      const glb_json& more = glb_json::object()) {
+        glb_json result = more;
+        result["bufferView"] = packer_.add(stream);
+        result["componentType"] = component_type;
+        result["count"] = stream.count;
+        result["type"] = type;
+        return result;
+    }
+
+    glb_json position_accessor(primitive_geometry& g, const std::optional<position_grid>& grid) {
+        glb_json result = grid ? accessor(compress_positions(g.positions, *grid), 5123, "VEC3")
+                               : accessor(compress_positions(g.positions, precision_), 5126, "VEC3");
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            float lowest = g.positions[axis], highest = lowest;
+            for (std::size_t i = axis; i < g.positions.size(); i += 3)
+                lowest = std::min(lowest, g.positions[i]), highest = std::max(highest, g.positions[i]);
+            if (grid) {
+                result["min"].push_back(grid->place(lowest, axis)), result["max"].push_back(grid->place(highest, axis));
+            } else {
+                result["min"].push_back(lowest), result["max"].push_back(highest);
+            }
+        }
+        return result;
+    }
+
+    glb_json texture_accessor(const primitive_geometry& g, const std::optional<texel_grid>& texels) {
+        if (!texels) return accessor(compress_column(g.texture_coordinates, 4), 5123, "VEC2", {{"normalized", true}});
+        uses_quantization = true;
+        std::vector<std::uint16_t> places(g.texture_coordinates.size());
+        for (std::size_t i = 0; i < places.size(); ++i) places[i] = texels->place(g.texture_coordinates[i], i % 2);
+        return accessor(compress_column(places, 4), 5123, "VEC2");
+    }
+
+    glb_json& json_;
+    glb_packer& packer_;
+    float precision_;
+};
+
+/// Puts the texture, or textures, into the file; its extensions into the lists.
+inline void pack_texture(glb_json& content, glb_packer& packer, std::span<const std::byte> texture,
+                         const compression_options& options, std::vector<std::string>& used, std::vector<std::string>& required) {
+    if (content.at("images").size() != 1 || content.at("textures").size() != 1) raise_other_glb("more than one texture");
+    const bool has_webp = !options.webp.empty();
+    if (!has_webp || options.keeps_texture) {
+        content["images"][0]["bufferView"] = packer.add(texture);
+    } else {
+        content["images"] = glb_json::array();
+        content["textures"][0].erase("source");
+    }
+    if (!has_webp) return;
+    content["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = content["images"].size();
+    content["images"].push_back({{"bufferView", packer.add(options.webp)}, {"mimeType", "image/webp"}});
+    (options.keeps_texture ? used : required).push_back("EXT_texture_webp");
+}
+
+inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options) try {
+    glb_reader from(glb);
+    glb_json& content = from.content;
+    const std::span<const std::byte> texture = from.view(content.at("images").at(0).at("bufferView"));
+    if (content.at("meshes").size() != 1) raise_other_glb("another number of meshes than one");
+    glb_json& mesh = content["meshes"][0];
+    std::vector<primitive_geometry> geometries;
+    for (const glb_json& primitive : mesh.at("primitives")) geometries.push_back(from.geometry(primitive));
+
+    std::vector<std::string> used, required{"EXT_meshopt_compression"};
+    const ldi::detail::picture_header picture = ldi::detail::read_picture_header(texture, "texture");
+    const std::optional<texel_grid> texels = find_texel_grid(geometries, picture.width, picture.height);
+    glb_packer packer;
+    mesh_packer geometry(content, packer, options.precision);
+    geometry.pack(mesh, geometries, texels);
+    if (geometry.uses_quantization) required.push_back("KHR_mesh_quantization");
+    if (texels) {
+        required.push_back("KHR_texture_transform");
+        for (glb_json& material : content.at("materials"))
+            material.at("pbrMetallicRoughness").at("baseColorTexture")["extensions"]["KHR_texture_transform"]["scale"] = {
+                1.0 / double{texels->parts[0]}, 1.0 / double{texels->parts[1]}};
+    }
+    pack_texture(content, packer, texture, options, used, required);
+
+    content["bufferViews"] = packer.views;
+    content["buffers"] = {
+        {{"byteLength", packer.binary.size()}},
+        {{"byteLength", packer.decoded_bytes}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}}};
+    for (const std::string& name : used) content["extensionsUsed"].push_back(name);
+    for (const std::string& name : required) {
+        content["extensionsUsed"].push_back(name);
+        content["extensionsRequired"].push_back(name);
+    }
+    return put_together(content, packer.binary);
+} catch (const nlohmann::json::exception& failure) {
+    raise_other_glb(failure.what());
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,47 @@
+// The texture as WebP, a quarter to a third smaller than JPEG: `photo3d --compress` (EXT_texture_webp).
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+
+#include <webp/encode.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace ldi::examples {
+
+/// A lossy WebP file of an H x W x 3 image.
+///
+/// quality  1 to 100, on WebP's own scale
+/// Raises too_large beyond 16,383 pixels a side.
+inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, float quality) {
+    LDI_ASSERT(picture.channels() == 3 && picture.size() > 0);
+    if (picture.width() > WEBP_MAX_DIMENSION || picture.height() > WEBP_MAX_DIMENSION)
+        raise(error_code::too_large, "encode_webp", "sides of at most 16383 pixels",
+              std::to_string(picture.width()) + " x " + std::to_string(picture.height()));
+    WebPConfig config;
+    WebPPicture source;
+    if (WebPConfigPreset(&config, WEBP_PRESET_PHOTO, quality) == 0 || WebPPictureInit(&source) == 0)
+        raise(error_code::unavailable, "libwebp", "the version compiled with", "another");
+    config.method = 6;         // the smallest file
+    config.use_sharp_yuv = 1;  // colors keep their edges, though they have half the resolution
+    source.use_argb = 1;
+    source.width = static_cast<int>(picture.width()), source.height = static_cast<int>(picture.height());
+    WebPMemoryWriter file;
+    WebPMemoryWriterInit(&file);
+    source.writer = WebPMemoryWrite;
+    source.custom_ptr = &file;
+    const bool is_good =
+        WebPPictureImportRGB(&source, picture.data(), 3 * source.width) != 0 && WebPEncode(&config, &source) != 0;
+    const std::unique_ptr<std::uint8_t, void (*)(void*)> owner(file.mem, WebPFree);
+    WebPPictureFree(&source);
+    if (!is_good) raise(error_code::unavailable, "libwebp", "memory", "too little");
+    const std::byte* const first = reinterpret_cast<const std::byte*>(file.mem);
+    return {first, first + file.size};
+}
+
+}  // namespace ldi::examples
