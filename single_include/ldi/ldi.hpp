@@ -9987,19 +9987,96 @@ inline network_description read_quantized_network(const named_tensors& file) {
 
 }  // namespace ldi
 
-// ---- ldi/networks/farbrausch_architecture.hpp
-// The architecture of the inpainting network that a file of weights holds (networks/farbrausch.hpp), and the arithmetic to run it
-// in.
+// ---- ldi/networks/detail/network_input.hpp
+// What an inpainting network reads and what its layers make: feature maps, with a mask where the network leaves out missing
+// colors.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// The network's input at the pixels that it reads.
+struct network_input {
+    buffer<float> values;       ///< rows x channels
+    buffer<std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
+};
+
+/// Red, green, blue in [0, 1] of what is known; the rest is masked.
+inline network_input masked_input(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+                                  const pixel_subset& read) {
+    network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
+    for (std::size_t row = 0; row < read.size(); ++row) {
+        const std::size_t pixel = static_cast<std::size_t>(read.pixels[row]);
+        if (known[pixel] == 0) continue;
+        input.mask[row] = 1;
+        for (std::size_t c = 0; c < 3; ++c) input.values[3 * row + c] = nearest_float(colors[3 * pixel + c]) / 255.0F;
+    }
+    return input;
+}
+
+/// What a layer made.
+template <class Value>
+struct masked_map {
+    basic_feature_map<Value> map;
+    buffer<std::uint8_t> mask;  ///< for each row 1, or 0 where the layer saw nothing; empty: all 1
+
+    /// The map must live, and keep its size, as long as the view.
+    basic_feature_view<Value> view() const {
+        basic_feature_view<Value> result = map;
+        result.mask = mask;
+        return result;
+    }
+
+    /// As the pixels of the finer graph see it (feature_map.hpp, upsample()).
+    basic_feature_view<Value> upsampled(std::span<const std::int32_t> rows) const {
+        basic_feature_view<Value> result = upsample(map, rows);
+        result.mask = mask;
+        return result;
+    }
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/networks/inpainting_architecture.hpp
+// The architectures of the inpainting networks that a file of weights may hold (networks/farbrausch.hpp): Farbrausch, and the
+// full-size PartialConv that the paper compares it with. And the arithmetic to run them in.
+//
+// Both are U-Nets of partial convolutions. Encoder stage i reads level i of a layered image and gives `channels[i]` on the next,
+// coarser one: stride 2, ReLU. The decoder goes back: a 3 x 3 convolution at each level reads what is below it, upsampled, and
+// then what the encoder read there; it gives as many channels as the latter has, through a leaky ReLU, and in the end red, green,
+// blue.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The facts about a network that come with its weights; the defaults are the network that examples/training/farbrausch trains.
-struct farbrausch_architecture {
+/// How a network reads pixels whose color is missing.
+enum class missing_colors {
+    filled,  ///< smooth colors stand there, and a fourth input channel says that they do; the result is added to them
+    masked,  ///< the first convolutions leave them out; a layer gives something wherever its window holds anything
+};
+
+/// The facts about a network that come with its weights. The defaults are Farbrausch as examples/training/farbrausch trains it:
+/// 0.38 M weights, 2.67 G multiplications at 512 x 512.
+struct inpainting_architecture {
     buffer<std::size_t> channels{20, 40, 56, 72, 80};  ///< of each encoder stage's result
     buffer<std::int32_t> kernels{7, 5, 5, 3, 3};       ///< of each encoder stage; the decoder's are 3
-    int growth = 4;                                    ///< passes that carry colors on at the coarsest level
+    int growth = 4;                                    ///< passes that carry fills on at the coarsest level
     float leak = 0.2F;                                 ///< of the decoder's activation, below 0
+    missing_colors missing = missing_colors::filled;
+
+    /// Channels that encoder stage i reads: of the network's input, or of the stage before.
+    std::size_t inputs(std::size_t i) const {
+        if (i > 0) return channels[i - 1];
+        return missing == missing_colors::filled ? 4 : 3;
+    }
 };
+
+/// PartialConv (Liu et al., Image Inpainting for Irregular Holes Using Partial Convolutions, ECCV 2018): 32.85 M weights, 37.97 G
+/// multiplications at 512 x 512, both as in the paper's table.
+inline inpainting_architecture partial_convolution_architecture() {
+    return {.channels = {64, 128, 256, 512, 512, 512, 512, 512},
+            .kernels = {7, 5, 5, 3, 3, 3, 3, 3},
+            .growth = 0,
+            .leak = 0.2F,
+            .missing = missing_colors::masked};
+}
 
 /// The numbers that a network computes with. Inpainted colors differ from those in float32 by less than can be seen:
 /// bench/README.md has figures.
@@ -10029,7 +10106,7 @@ namespace detail {
 
 /// file  it comes from, for messages; may be empty
 /// Raises unsupported for an architecture out of bounds.
-inline void check_farbrausch(const farbrausch_architecture& a, const std::string& file) {
+inline void check_architecture(const inpainting_architecture& a, const std::string& file) {
     constexpr std::size_t most_levels = 8, most_filters = 1024;
     constexpr int most_growth = 64;
     const auto expect = [&](bool holds, const char* what, const char* expected, const std::string& found) {
@@ -10081,6 +10158,20 @@ struct farbrausch_input<std::uint8_t> {
     }
 };
 
+template <class Value>
+masked_map<Value> converted(network_input input, std::size_t channels, const farbrausch_input<Value>& convert) {
+    masked_map<Value> result;
+    if constexpr (std::is_same_v<Value, float>) {
+        result.map.channels = channels;
+        result.map.values = std::move(input.values);
+    } else {
+        result.map = {input.values.size() / channels, channels, convert.zero()};
+        std::transform(input.values.begin(), input.values.end(), result.map.values.begin(), convert);
+    }
+    result.mask = std::move(input.mask);
+    return result;
+}
+
 /// One convolution per level: from it to the next, and back.
 template <class Weights>
 struct farbrausch_convolutions {
@@ -10091,7 +10182,7 @@ struct farbrausch_convolutions {
 /// Takes the tensors, checks them and packs them; what it raises is the constructor's of farbrausch.
 class farbrausch_packer {
 public:
-    farbrausch_packer(const named_tensors& file, const farbrausch_architecture& architecture, isa target)
+    farbrausch_packer(const named_tensors& file, const inpainting_architecture& architecture, isa target)
         : file_(file), architecture_(architecture), target_(target) {}
 
     farbrausch_convolutions<conv_f32_weights> float32() const {
@@ -10127,7 +10218,7 @@ public:
 
 private:
     std::string where() const { return place_in(file_.where, "arithmetic of the inpainting network"); }
-    static constexpr std::size_t input_channels = 4, output_channels = 3;
+    static constexpr std::size_t output_channels = 3;
 
     using values = buffer<float>;
     struct ranged_tensor {
@@ -10156,8 +10247,7 @@ private:
 
     /// The encoder's result at a level.
     ranged_tensor skip(std::size_t level) const {
-        if (level == 0) return {"input", input_channels};
-        return {encoder(level - 1), architecture_.channels[level - 1]};
+        return {level == 0 ? "input" : encoder(level - 1), architecture_.inputs(level)};
     }
 
     template <class Weights, class Pack>
@@ -10210,7 +10300,7 @@ private:
     }
 
     const named_tensors& file_;
-    const farbrausch_architecture& architecture_;
+    const inpainting_architecture& architecture_;
     isa target_;
 };
 
@@ -10348,7 +10438,7 @@ public:
     bool has(std::int32_t i) const { return at(i)[3] != 0.0F; }
     const float* at(std::int32_t i) const { return values_.data() + first_value(i); }
     float* at(std::int32_t i) { return values_.data() + first_value(i); }
-    std::span<const float> values() const { return values_; }
+    buffer<float> release() { return std::move(values_); }
 
 private:
     static std::size_t first_value(std::int32_t i) { return static_cast<std::size_t>(i) * lanes::wide; }
@@ -10407,7 +10497,7 @@ void average_windows(const convolution_plan& plan, Executor& threads, Value&& va
 
 /// The network's input and the colors that it corrects.
 struct smooth_fills {
-    masked_colors
+    buffer<float>
         input;  ///< in rows of `read` of level 0: red, green, blue of fill - tone, and 1 where the color is known, else 0
     buffer<float> fill;  ///< in rows of `decoded` of level 0: red, green, blue
 };
@@ -10535,7 +10625,7 @@ private:
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
                 fill.set(row, relative);
             });
-        result.input = std::move(fill);
+        result.input = fill.release();
         return result;
     }
 
@@ -10569,7 +10659,8 @@ private:
 // ---- ldi/networks/farbrausch.hpp
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
 // run on the links of a layered image. examples/training/farbrausch/README.md says what it computes, step by step;
-// formats/farbrausch_file.hpp loads it from a file.
+// formats/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
+// architecture on the same layers (networks/inpainting_architecture.hpp).
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -10586,7 +10677,7 @@ public:
     /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
     /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
     /// not have.
-    explicit farbrausch(const named_tensors& weights, farbrausch_architecture architecture = {},
+    explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
     /// layers  in canonical order; the color of every pixel whose known_column is 0 is set
@@ -10602,7 +10693,7 @@ public:
                                 const progress_listener& progress = {}, Executor&& threads = {}) const;
 
     /// The network's own result, not clamped: for each pixel whose place in `wanted` is not 0, in their order, red, green and
-    /// blue, in [0, 1] as it learned them.
+    /// blue, in [0, 1] as it learned them. Of a surface where nothing is known: one color, with masked colors black.
     ///
     /// wanted  K, one per pixel; not 0 wherever known_column is 0
     /// The bits of a pixel's result do not depend on which others are wanted.
@@ -10610,28 +10701,28 @@ public:
     buffer<float> colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress = {},
                          Executor&& threads = {}) const;
 
-    const farbrausch_architecture& architecture() const { return architecture_; }
+    const inpainting_architecture& architecture() const { return architecture_; }
 
 private:
-    static constexpr std::size_t input_channels = 4, output_channels = 3;
+    static constexpr std::size_t output_channels = 3;
     static constexpr const char* stage_name = "color inpainting";
 
     std::size_t depth() const { return architecture_.channels.size(); }
 
-    /// The last layer's results: what is added to the fills.
+    /// The last layer's results, in rows of `decoded` of level 0.
     template <class Weights, executor Executor, class Report>
-    buffer<float> corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
+    buffer<float> run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+                             buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
-    farbrausch_architecture architecture_;
+    inpainting_architecture architecture_;
     std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
                  detail::farbrausch_convolutions<conv_u8_weights>>
         layers_;
 };
 
-inline farbrausch::farbrausch(const named_tensors& weights, farbrausch_architecture architecture, arithmetic kind, isa target)
+inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architecture architecture, arithmetic kind, isa target)
     : architecture_(std::move(architecture)) {
-    detail::check_farbrausch(architecture_, weights.where);
+    detail::check_architecture(architecture_, weights.where);
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;
@@ -10646,10 +10737,16 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     LDI_ASSERT(wanted.size() == layers.size());
     buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
-    detail::smooth_fills fills =
-        detail::smooth_filler(layers.template column<color_column>(), layers.template column<known_column>(), levels,
-                              architecture_.growth, threads)
-            .run();
+    const buffer<std::uint8_t>&color = layers.template column<color_column>(), &known = layers.template column<known_column>();
+    detail::network_input input;
+    buffer<float> fill;  // what the last layer's results are added to
+    if (architecture_.missing == missing_colors::masked) {
+        input = detail::masked_input(color, known, levels[0].read);
+    } else {
+        detail::smooth_fills fills = detail::smooth_filler(color, known, levels, architecture_.growth, threads).run();
+        input.values = std::move(fills.input);
+        fill = std::move(fills.fill);
+    }
     for (detail::farbrausch_level& level : levels) {
         level.average = level.average_coarse = {};
         level.above = {};
@@ -10657,52 +10754,45 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
 
     // Progress by multiplications, roughly: the fine levels take most of the time.
     float done = 0.2F;
-    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + 0.08F, 1.0F)); };
+    const float step = (1.0F - done) / detail::nearest_float(2 * depth());
+    const auto report = [&] { progress.report(stage_name, done = (std::min)(done + step, 1.0F)); };
     report();
-    const buffer<float> corrections = std::visit(
-        [&](const auto& packed) { return this->corrections(packed, std::move(fills.input), levels, threads, report); }, layers_);
-    for (std::size_t v = 0; v < fills.fill.size(); ++v) fills.fill[v] += corrections[v];
-    return std::move(fills.fill);
+    buffer<float> result = std::visit(
+        [&](const auto& packed) { return this->run_layers(packed, std::move(input), levels, threads, report); }, layers_);
+    for (std::size_t v = 0; v < fill.size(); ++v) result[v] += fill[v];
+    return result;
 }
 
 template <class Weights, executor Executor, class Report>
-buffer<float> farbrausch::corrections(const detail::farbrausch_convolutions<Weights>& layers, detail::masked_colors input,
-                                      buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
+buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weights>& layers, detail::network_input input,
+                                     buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const {
     using value_type = typename Weights::value_type;
     using source = basic_feature_view<value_type>;
-    using features = basic_feature_map<value_type>;
-    buffer<features> encoded(depth() + 1);
-    if constexpr (!std::is_same_v<value_type, float>) {
-        encoded[0] = features(levels[0].read.size(), input_channels, layers.input.zero());
-        std::transform(input.values().begin(), input.values().end(), encoded[0].values.begin(), layers.input);
-        input = {};
-    }
-    const auto read = [&](std::size_t level) -> source {
-        if constexpr (std::is_same_v<value_type, float>)
-            if (level == 0) return {input.values(), input_channels, {}, {}};
-        return encoded[level];
+    using features = detail::masked_map<value_type>;
+    const bool has_masks = architecture_.missing == missing_colors::masked;
+    const auto layer = [&](const convolution_plan& plan, const Weights& weights, std::span<const source> sources) {
+        features result;
+        result.map = {plan.output_count, weights.outputs, detail::zero_of_results<value_type>(weights)};
+        if (has_masks) result.mask.resize(plan.output_count);
+        convolve_partially(plan, weights, sources, result.map.values, result.mask, threads);
+        return result;
     };
+    buffer<features> encoded(depth() + 1);
+    encoded[0] = detail::converted(std::move(input), architecture_.inputs(0), layers.input);
     for (std::size_t i = 0; i < depth(); ++i) {
-        const Weights& weights = layers.encoder[i];
-        encoded[i + 1] = features(levels[i + 1].read.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
-        const source sources[] = {read(i)};
-        convolve_partially(levels[i].encode, weights, sources, encoded[i + 1].values, {}, threads);
+        const source sources[] = {encoded[i].view()};
+        encoded[i + 1] = layer(levels[i].encode, layers.encoder[i], sources);
         levels[i].encode = {};
         report();
     }
     features coarser = std::move(encoded[depth()]);
-    buffer<float> result;
+    buffer<float> result(levels[0].decoded.size() * output_channels);
     for (std::size_t i = depth(); i-- > 0;) {
-        const Weights& weights = layers.decoder[i];
-        const source sources[] = {upsample(coarser, levels[i].decoded_above), read(i)};
-        if (i == 0) {
-            result.resize(levels[0].decoded.size() * output_channels);
-            convolve_partially(levels[i].decode, weights, sources, result, {}, threads);
-        } else {
-            features finer(levels[i].decoded.size(), weights.outputs, detail::zero_of_results<value_type>(weights));
-            convolve_partially(levels[i].decode, weights, sources, finer.values, {}, threads);
-            coarser = std::move(finer);
-        }
+        const source sources[] = {coarser.upsampled(levels[i].decoded_above), encoded[i].view()};
+        if (i == 0)
+            convolve_partially(levels[i].decode, layers.decoder[i], sources, result, {}, threads);
+        else
+            coarser = layer(levels[i].decode, layers.decoder[i], sources);
         encoded[i] = {};
         levels[i].decode = {};
         report();
@@ -12349,9 +12439,13 @@ inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::
 }
 
 // The pixels that a curve passes over on its way, once, or there and back and there again.
-inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, const corner_map& lattice) {
+inline buffer<swept_pixel> swept_pixels(const plane_curve& curve, const buffer<std::int32_t>& cut, std::int32_t reach,
+                                        const corner_map& lattice) {
     const auto moved = [&](std::int32_t k) {
-        const float distance = nearest_float(cut[k]);
+        // Cuts are whole pixels: their mean over a few corners takes the stairs off. Ends stay where they are.
+        const std::int32_t even = (std::min)({reach, k, cut.count() - 1 - k});
+        float distance = 0.0F;
+        for (std::int32_t i = k - even; i <= k + even; ++i) distance += nearest_float(cut[i]) / nearest_float(2 * even + 1);
         return point{curve.smooth[k].x + distance * curve.across[k].x, curve.smooth[k].y + distance * curve.across[k].y};
     };
     buffer<swept_pixel> all, result;
@@ -12429,9 +12523,10 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     const corner_map lattice(static_cast<std::int32_t>(photo.width()), static_cast<std::int32_t>(photo.height()));
     parallel_for(threads, traces.size(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
-            const plane_curve curve = make_plane_curve(traces[i], lattice, (std::max)(radius / 2, 1));
+            const std::int32_t reach = (std::max)(radius / 2, 1);
+            const plane_curve curve = make_plane_curve(traces[i], lattice, reach);
             const band around(curve, traces[i], photo, before, radius);
-            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), lattice);
+            swept[i] = swept_pixels(curve, cheapest_cut(around, traces[i], lattice, options.stiffness), reach, lattice);
         }
     });
     for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
@@ -12981,6 +13076,21 @@ layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const
 
 }  // namespace ldi
 
+// ---- ldi/occlusion/detail/scrambled.hpp
+// Bits that look random and are always the same: noise and choices that depend on a position alone.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
+constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
+    std::uint32_t h = a * 0x9E3779B1U ^ b * 0x85EBCA77U ^ 0x27D4EB2FU;
+    h = (h ^ h >> 16) * 0x85EBCA6BU;
+    h = (h ^ h >> 13) * 0xC2B2AE35U;
+    return h ^ h >> 16;
+}
+
+}  // namespace ldi::detail
+
 // ---- ldi/occlusion/grain.hpp
 // Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
 // is smooth: beside sand, leaves or film grain it looks blurred. So noise is laid over it, as strong as the fine detail of the
@@ -13008,11 +13118,7 @@ namespace detail {
 
 /// Noise of a position, the same on every layer: mean 0, variance 1, close to normal, independent of other positions'.
 inline float grain_at(std::int32_t x, std::int32_t y) {
-    // the finalizer of MurmurHash3 (Austin Appleby, public domain)
-    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x9E3779B1U ^ static_cast<std::uint32_t>(y) * 0x85EBCA77U ^ 0x27D4EB2FU;
-    h = (h ^ h >> 16) * 0x85EBCA6BU;
-    h = (h ^ h >> 13) * 0xC2B2AE35U;
-    h ^= h >> 16;
+    const std::uint32_t h = scrambled(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
     const float sum = nearest_float((h & 255) + (h >> 8 & 255) + (h >> 16 & 255) + (h >> 24));  // of four dice
     return (sum - 510.0F) / 147.8F;  // their mean, 4 * 127.5, and deviation, sqrt(4 * (256^2 - 1) / 12)
 }
@@ -13062,10 +13168,40 @@ private:
     const buffer<std::uint8_t>& known_;
 };
 
-inline void check_grain_option(const char* name, float value, float most) {
-    if (!(value >= 0.0F && value <= most))
-        raise(error_code::invalid_option, std::string("grain_options, ") + name, "0 to " + std::to_string(static_cast<int>(most)),
-              std::to_string(value));
+inline void check_option(const char* name, float value, float least, float most) {
+    if (!(value >= least && value <= most))
+        raise(error_code::invalid_option, name,
+              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), std::to_string(value));
+}
+
+inline void check_options(const grain_options& options) {
+    check_option("grain_options, strength", options.strength, 0.0F, 100.0F);
+    check_option("grain_options, limit", options.limit, 0.0F, 255.0F);
+}
+
+/// How strong the photo's detail is around each unknown pixel, as the standard deviation of noise that has as much, in gray
+/// levels: one value per unknown pixel, in their order.
+///
+/// limit   above 0; detail counts up to this
+/// rounds  Gauss-Seidel rounds on each level of the diffusion
+template <has_columns<color_column, known_column> Layers>
+buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
+    const grain_meter meter(layers.topology, layers.template column<color_column>(), layers.template column<known_column>());
+    buffer<float> result;
+    std::uint8_t root = 0;  // of the noise around, relative to the limit
+    diffuse_unknown<1>(
+        layers.topology, layers.template column<known_column>(), rounds,
+        [&](std::int32_t pixel, side s) {
+            const float noise = meter.detail_at(pixel, s) / grain_meter::of_unit_noise;
+            root = rounded_to_byte(255.0F * std::sqrt((std::min)(noise / limit, 1.0F)));
+            return &root;
+        },
+        [] {},
+        [&](std::int32_t, const diffusion<1>::value_type& diffused) {
+            const float part = diffused[0] / 255.0F;
+            result.push_back(limit * part * part);
+        });
+    return result;
 }
 
 }  // namespace detail
@@ -13077,25 +13213,16 @@ inline void check_grain_option(const char* name, float value, float most) {
 /// Raises invalid_option for a strength that is not in [0, 100], and for a limit that is not in [0, 255].
 template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
-    detail::check_grain_option("strength", options.strength, 100.0F);
-    detail::check_grain_option("limit", options.limit, 255.0F);
+    detail::check_options(options);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
     const graph& g = layers.topology;
-    const detail::grain_meter meter(g, layers.template column<color_column>(), layers.template column<known_column>());
-    std::uint8_t root = 0;  // of the noise around, relative to the limit
-    detail::diffuse_unknown<1>(
-        g, layers.template column<known_column>(), options.rounds,
-        [&](std::int32_t pixel, side s) {
-            const float noise = meter.detail_at(pixel, s) / detail::grain_meter::of_unit_noise;
-            root = detail::rounded_to_byte(255.0F * std::sqrt((std::min)(noise / options.limit, 1.0F)));
-            return &root;
-        },
-        [] {},
-        [&](std::int32_t pixel, const diffusion<1>::value_type& diffused) {
-            const float part = diffused[0] / 255.0F;
-            const float grain = options.strength * options.limit * part * part * detail::grain_at(g.x[pixel], g.y[pixel]);
-            for (std::uint8_t& value : layers.template at<color_column>(pixel)) value = detail::rounded_to_byte(value + grain);
-        });
+    const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
+    std::int32_t next = 0;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (layers.template column<known_column>()[i] != 0) continue;
+        const float grain = options.strength * around[next++] * detail::grain_at(g.x[i], g.y[i]);
+        for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
+    }
 }
 
 }  // namespace ldi
@@ -13647,6 +13774,362 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
             if (y + 1 < lifted.height) close(pixel, side::down, pixel + lifted.width);
         }
     return made;
+}
+
+}  // namespace ldi
+
+// ---- ldi/occlusion/detail/texture_cells.hpp
+// The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
+// them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Three channels of color.
+using texture_color = std::array<float, 3>;
+
+/// Cells are in the order of the pixels.
+struct texture_cells {
+    enum class kind : std::uint8_t {
+        unknown,
+        source,  ///< known, and texture may come from here
+        margin,  ///< known, there only so that a source is seen with its surroundings
+    };
+    buffer<std::int32_t> pixel;                ///< per cell: its index in the graph
+    buffer<kind> kinds;                        ///< per cell
+    std::array<buffer<std::int32_t>, 4> next;  ///< per side and cell: the neighboring cell, or no_pixel
+
+    std::int32_t count() const { return pixel.count(); }
+    bool is_unknown(std::int32_t cell) const { return kinds[cell] == kind::unknown; }
+    bool is_source(std::int32_t cell) const { return kinds[cell] == kind::source; }
+    std::int32_t neighbor(std::int32_t cell, side s) const { return next[static_cast<std::size_t>(s)][cell]; }
+
+    /// The cell this many steps away, or the last one on the way there.
+    std::int32_t walk(std::int32_t cell, side s, int steps) const {
+        const buffer<std::int32_t>& links = next[static_cast<std::size_t>(s)];
+        for (; steps > 0 && links[cell] != no_pixel; --steps) cell = links[cell];
+        return cell;
+    }
+};
+
+/// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
+inline buffer<std::uint8_t> steps_to_unknown(const graph& g, const buffer<std::uint8_t>& known, int most) {
+    buffer<std::uint8_t> steps(g.size(), 255);
+    buffer<std::int32_t> wave, further;
+    const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbor(pixel, s);
+            if (n == no_pixel || known[n] == 0 || steps[n] != 255) continue;
+            steps[n] = static_cast<std::uint8_t>(distance);
+            reached.push_back(n);
+        }
+    };
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (known[i] != 0) continue;
+        steps[i] = 0;
+        visit_around(i, 1, wave);
+    }
+    for (int distance = 2; distance <= most && !wave.empty(); ++distance) {
+        further.clear();
+        for (std::int32_t pixel : wave) visit_around(pixel, distance, further);
+        wave.swap(further);
+    }
+    return steps;
+}
+
+/// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
+///                less than 255
+inline texture_cells find_texture_cells(const graph& g, const buffer<std::uint8_t>& known, int reach, int margin) {
+    const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
+    texture_cells cells;
+    buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (steps[i] == 255) continue;
+        cell_of[i] = cells.count();
+        cells.pixel.push_back(i);
+        cells.kinds.push_back(steps[i] == 0       ? texture_cells::kind::unknown
+                              : steps[i] <= reach ? texture_cells::kind::source
+                                                  : texture_cells::kind::margin);
+    }
+    for (side s : all_sides) {
+        buffer<std::int32_t>& links = cells.next[static_cast<std::size_t>(s)];
+        links = buffer<std::int32_t>(cells.pixel.size(), no_pixel);
+        for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+            const std::int32_t n = g.neighbor(cells.pixel[cell], s);
+            if (n != no_pixel && steps[n] != 255) links[cell] = cell_of[n];
+        }
+    }
+    return cells;
+}
+
+/// Blurs with a binomial filter of 3 x 3 over links, `passes` times. A neighbor that is missing counts as the cell itself.
+inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values, int passes) {
+    buffer<texture_color> blurred(values.size(), unset);
+    for (int pass = 0; pass < passes; ++pass)
+        for (const auto& [one, other] : {std::array{side::left, side::right}, std::array{side::up, side::down}}) {
+            for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+                const std::int32_t before = cells.neighbor(cell, one), after = cells.neighbor(cell, other);
+                const texture_color& middle = values[cell];
+                const texture_color& a = before == no_pixel ? middle : values[before];
+                const texture_color& b = after == no_pixel ? middle : values[after];
+                for (std::size_t c = 0; c < 3; ++c) blurred[cell][c] = 0.5F * middle[c] + 0.25F * (a[c] + b[c]);
+            }
+            values.swap(blurred);
+        }
+}
+
+}  // namespace ldi::detail
+
+// ---- ldi/occlusion/detail/texture_search.hpp
+// Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
+// and Goldman, "PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing", 2009) over the links of a
+// layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
+// it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
+/// the sake of vector instructions; the last is 0.
+using texture_surroundings = std::array<std::uint8_t, 16>;
+
+inline constexpr int tap_distance = 4;
+inline constexpr int tap_values = 15;
+
+inline buffer<texture_surroundings> describe_cells(const texture_cells& cells, const buffer<texture_color>& blurred) {
+    buffer<texture_surroundings> result(cells.pixel.size());
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        std::size_t at = 0;
+        const auto put = [&](std::int32_t tap) {
+            for (const float value : blurred[tap]) result[cell][at++] = rounded_mean(value);
+        };
+        put(cell);
+        for (side s : all_sides) put(cells.walk(cell, s, tap_distance));
+    }
+    return result;
+}
+
+/// The sum of the absolute differences.
+inline int difference_of(const texture_surroundings& a, const texture_surroundings& b) {
+    int sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum;
+}
+
+class texture_search {
+public:
+    /// reach  in steps along x and along y
+    texture_search(const graph& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
+        : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
+
+    /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
+    buffer<std::int32_t> run(int rounds) {
+        source_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
+        find_nearest_known();
+        for (int round = 0; round < rounds; ++round)
+            for (std::int32_t k = 0; k < cells_.count(); ++k) {
+                const bool forward = round % 2 == 0;
+                const std::int32_t cell = forward ? k : cells_.count() - 1 - k;
+                if (cells_.is_unknown(cell) && nearest_known_[cell] != no_pixel) improve(cell, round, forward);
+            }
+        return std::move(source_);
+    }
+
+private:
+    // Cost of two neighbors whose sources are not; chosen by trial.
+    static constexpr int incoherence = 100;
+    // Of so many cells one looks further than its neighbors' sources, which then spread.
+    static constexpr std::uint32_t seldom = 16;
+
+    /// Sets where to look first: the known cell nearest to each unknown one over links, or no_pixel.
+    void find_nearest_known() {
+        nearest_known_ = buffer<std::int32_t>(cells_.pixel.size(), no_pixel);
+        buffer<std::int32_t> wave, further;
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell) {
+            if (!cells_.is_unknown(cell)) continue;
+            for (side s : all_sides)
+                if (const std::int32_t n = cells_.neighbor(cell, s); n != no_pixel && !cells_.is_unknown(n))
+                    nearest_known_[cell] = n;
+            if (nearest_known_[cell] != no_pixel) wave.push_back(cell);
+        }
+        while (!wave.empty()) {
+            further.clear();
+            for (std::int32_t cell : wave)
+                for (side s : all_sides) {
+                    const std::int32_t n = cells_.neighbor(cell, s);
+                    if (n == no_pixel || !cells_.is_unknown(n) || nearest_known_[n] != no_pixel) continue;
+                    nearest_known_[n] = nearest_known_[cell];
+                    further.push_back(n);
+                }
+            wave.swap(further);
+        }
+    }
+
+    int cost(std::int32_t cell, std::int32_t from) const {
+        int sum = difference_of(looks_[cell], looks_[from]);
+        for (side s : all_sides) {
+            const std::int32_t n = cells_.neighbor(cell, s);
+            if (n == no_pixel || !cells_.is_unknown(n)) continue;
+            if (source_[n] == no_pixel || cells_.neighbor(from, s) != source_[n]) sum += incoherence;
+        }
+        return sum;
+    }
+
+    void improve(std::int32_t cell, int round, bool forward) {
+        int least = source_[cell] == no_pixel ? std::numeric_limits<int>::max() : cost(cell, source_[cell]);
+        const auto consider = [&](std::int32_t from) {
+            if (from == no_pixel || !cells_.is_source(from)) return;
+            if (const int c = cost(cell, from); c < least) least = c, source_[cell] = from;
+        };
+        for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
+            const std::int32_t n = cells_.neighbor(cell, s);
+            if (n != no_pixel && source_[n] != no_pixel) consider(cells_.neighbor(source_[n], opposite(s)));
+        }
+        const std::int32_t pixel = cells_.pixel[cell];
+        const std::uint32_t random =
+            scrambled(static_cast<std::uint32_t>(graph_.x[pixel]),
+                      64 * static_cast<std::uint32_t>(graph_.y[pixel]) + static_cast<std::uint32_t>(round));
+        if (source_[cell] != no_pixel && random % seldom != 0) return;
+        for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
+        for (int radius = reach_ / 2; radius > 0 && source_[cell] != no_pixel; radius /= 2)
+            consider(wander(source_[cell], scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
+    }
+
+    /// A cell within this many steps along x and then y, as far as links go.
+    std::int32_t wander(std::int32_t cell, std::uint32_t random, int radius) const {
+        const auto within = [radius](std::uint32_t bits) {  // -radius ... radius
+            return static_cast<int>(bits * static_cast<std::uint32_t>(2 * radius + 1) >> 16) - radius;
+        };
+        const int dx = within(random & 0xFFFF), dy = within(random >> 16);
+        const std::int32_t across = cells_.walk(cell, dx < 0 ? side::left : side::right, std::abs(dx));
+        return cells_.walk(across, dy < 0 ? side::up : side::down, std::abs(dy));
+    }
+
+    const graph& graph_;
+    const texture_cells& cells_;
+    const buffer<texture_surroundings>& looks_;
+    int reach_;
+    buffer<std::int32_t> source_, nearest_known_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/occlusion/texture_transfer.hpp
+// Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
+// texture. The high frequencies of known pixels of the same surface, near the silhouette, are added to its answer: those of the
+// places that look like the answer when both are blurred (after Yi et al., "Contextual Residual Aggregation for Ultra
+// High-Resolution Image Inpainting", 2020). Grain (occlusion/grain.hpp) only where no place does. Not in the paper.
+//
+// High frequencies have a mean of zero and no edges that must meet, so patches may end anywhere: there are no seams to blend, and
+// no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
+// before the sky.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct texture_options {
+    /// Relative to the texture of the photo; 0 for none, which leaves grain.
+    float strength = 1.0F;
+    /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
+    /// number copies edges, too.
+    float crest = 3.5F;
+    /// Texture comes from known pixels up to this many steps over links from an inpainted one.
+    int reach = 32;
+    /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
+    /// texture fades into grain.
+    float tolerance = 13.0F;
+    /// Rounds of the search; its direction alternates.
+    int rounds = 2;
+};
+
+namespace detail {
+
+/// Where texture comes from, and what is added.
+class texture_transfer {
+public:
+    /// color, known  the columns of a layered image with this graph
+    texture_transfer(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known,
+                     const texture_options& options)
+        : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
+        buffer<texture_color> blurred(cells_.pixel.size(), unset);
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
+            for (std::size_t c = 0; c < 3; ++c)
+                blurred[cell][c] = color.data()[3 * std::ptrdiff_t{cells_.pixel[cell]} + static_cast<std::ptrdiff_t>(c)];
+        fine_ = blurred;
+        blur_cells(cells_, blurred, 1);
+        for (std::int32_t cell = 0; cell < cells_.count(); ++cell)
+            for (std::size_t c = 0; c < 3; ++c) fine_[cell][c] -= blurred[cell][c];
+        blur_cells(cells_, blurred, 3);
+        looks_ = describe_cells(cells_, blurred);
+        source_ = texture_search(g, cells_, looks_, options.reach).run(options.rounds);
+    }
+
+    const texture_cells& cells() const { return cells_; }
+
+    /// How much a cell's source looks like it, from 0 to 1.
+    float likeness(std::int32_t cell) const {
+        if (source_[cell] == no_pixel) return 0.0F;
+        const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
+        if (difference <= options_.tolerance) return 1.0F;
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 is negative infinity here
+    }
+
+    /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
+    texture_color texture(std::int32_t cell, float noise) const {
+        if (source_[cell] == no_pixel) return {};
+        texture_color result = fine_[source_[cell]];
+        const float most = options_.crest * noise;
+        for (float& value : result) value *= options_.strength * (most > 0.0F ? most / (most + std::abs(value)) : 0.0F);
+        return result;
+    }
+
+private:
+    static constexpr int margin = 3;  // what blurring and the taps around the last sources need, nearly
+
+    texture_options options_;
+    texture_cells cells_;
+    buffer<texture_color> fine_;  // high frequencies
+    buffer<texture_surroundings> looks_;
+    buffer<std::int32_t> source_;
+};
+
+inline void check_options(const texture_options& options) {
+    check_option("texture_options, strength", options.strength, 0.0F, 100.0F);
+    check_option("texture_options, crest", options.crest, 0.0F, 1000.0F);
+    check_option("texture_options, reach", nearest_float(options.reach), 1.0F, 200.0F);
+    check_option("texture_options, tolerance", options.tolerance, 0.0F, 255.0F);
+    check_option("texture_options, rounds", nearest_float(options.rounds), 1.0F, 60.0F);
+}
+
+}  // namespace detail
+
+/// Adds texture to every pixel whose known_column is 0, and grain where nothing known is like it; all others stay as they are.
+///
+/// layers  in canonical order, with a color everywhere
+/// grain   also says how the photo's detail is measured: with a limit of 0 nothing is added. A texture strength of 0 leaves
+/// add_grain()
+///
+/// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60].
+template <has_columns<color_column, known_column> Layers>
+void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
+    detail::check_options(options);
+    detail::check_options(grain);
+    if (options.strength == 0.0F) return add_grain(layers, grain);
+    if (grain.limit == 0.0F) return;
+    const graph& g = layers.topology;
+    const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
+    if (around.empty()) return;
+    const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
+                                            options);
+    const detail::texture_cells& cells = transfer.cells();
+    std::int32_t next = 0;
+    for (std::int32_t cell = 0; cell < cells.count(); ++cell) {
+        if (!cells.is_unknown(cell)) continue;
+        const std::int32_t pixel = cells.pixel[cell];
+        const float noise = around[next++], likeness = transfer.likeness(cell);
+        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x[pixel], g.y[pixel]);
+        const detail::texture_color texture = transfer.texture(cell, noise);
+        const auto color = layers.template at<color_column>(pixel);
+        for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);
+    }
 }
 
 }  // namespace ldi
@@ -18599,8 +19082,9 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
 }  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
-// Reads the inpainting network from the bytes of a safetensors file as examples/training/farbrausch/export.py writes it: ten
-// convolutions, and in the metadata what kind of network they are. formats/farbrausch_file.hpp reads it by name.
+// Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
+// they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
+// PartialConv. formats/farbrausch_file.hpp reads either by name.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -18610,8 +19094,21 @@ farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string
 
 namespace detail {
 
+/// How the network that the metadata name reads missing colors.
+inline missing_colors parse_missing_colors(const named_tensors& file) {
+    check_metadata(file, "an inpainting network", "format", "ldi");
+    const auto name = file.metadata.find("name");
+    if (name != file.metadata.end() && name->second == "farbrausch") return missing_colors::filled;
+    if (name != file.metadata.end() && name->second == "partial_convolution") return missing_colors::masked;
+    raise(error_code::mismatch, file.where, "an inpainting network, name farbrausch or partial_convolution in its metadata",
+          name == file.metadata.end() ? "none" : printable(name->second));
+}
+
 /// The architecture that the metadata describe, which must be of the kind that farbrausch computes.
-inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors& file, const std::string& where) {
+inline inpainting_architecture parse_inpainting_architecture(const named_tensors& file, const std::string& where) {
+    inpainting_architecture result;
+    result.missing = parse_missing_colors(file);
+    const bool has_fills = result.missing == missing_colors::filled;
     const auto found = file.metadata.find("architecture");
     if (found == file.metadata.end())
         raise(error_code::mismatch, where, "an inpainting network, with its architecture in the metadata", "none");
@@ -18619,16 +19116,17 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
     const json_value text = read_json_object(found->second, 3, here);
 
     // What would change the arithmetic and is the same in all networks of this kind, as the exporter writes it.
-    constexpr std::string_view fixed[][2] = {{"name", "\"farbrausch\""},
-                                             {"version", "1"},
-                                             {"layout", "\"out,in,height,width\""},
-                                             {"inputs", "\"red, green, blue of fill - tone, known\""},
-                                             {"output", "\"red, green, blue, to be added to fill\""},
-                                             {"colour_range", "1.0"},
-                                             {"decoder_kernel", "3"},
-                                             {"decoder_inputs", "\"upsampled, skip\""},
-                                             {"encoder_activation", "\"relu\""},
-                                             {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
+    const std::string_view fixed[][2] = {
+        {"name", has_fills ? "\"farbrausch\"" : "\"partial_convolution\""},
+        {"version", "1"},
+        {"layout", "\"out,in,height,width\""},
+        {"inputs", has_fills ? "\"red, green, blue of fill - tone, known\"" : "\"red, green, blue, masked\""},
+        {"output", has_fills ? "\"red, green, blue, to be added to fill\"" : "\"red, green, blue\""},
+        {"colour_range", "1.0"},
+        {"decoder_kernel", "3"},
+        {"decoder_inputs", "\"upsampled, skip\""},
+        {"encoder_activation", "\"relu\""},
+        {"decoder_activation", "\"leaky_relu 0.2, none in the last\""}};
     for (const auto& [key, value] : fixed)
         if (const json_value is = json_member(text, key); is.text != value)
             raise(error_code::unsupported, here, std::string(key) + " " + std::string(value), printable(is.text));
@@ -18645,11 +19143,10 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
             raise(error_code::unsupported, here, std::string(key) + " of whole numbers", printable(list.text));
         for_each_element(list, [&](const json_value& value) { visit(number(value, key)); });
     };
-    farbrausch_architecture result;
     result.channels.clear(), result.kernels.clear();
     each_of("channels", [&](std::int32_t channels) { result.channels.push_back(static_cast<std::size_t>(channels)); });
     each_of("kernels", [&](std::int32_t kernel) { result.kernels.push_back(kernel); });
-    result.growth = number(json_member(text, "growth"), "growth");
+    result.growth = has_fills ? number(json_member(text, "growth"), "growth") : 0;
     return result;
 }
 
@@ -18657,9 +19154,7 @@ inline farbrausch_architecture parse_farbrausch_architecture(const named_tensors
 
 inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where, arithmetic kind, isa target) {
     const named_tensors file = decode_safetensors(bytes, where);
-    for (const auto& [key, expected] : {std::pair{"format", "ldi"}, std::pair{"name", "farbrausch"}})
-        detail::check_metadata(file, "an inpainting network", key, expected);
-    farbrausch_architecture architecture = detail::parse_farbrausch_architecture(file, where);
+    inpainting_architecture architecture = detail::parse_inpainting_architecture(file, where);
     return farbrausch(file, std::move(architecture), kind, target);
 }
 
@@ -18842,6 +19337,22 @@ private:
 
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
+
+/// Text as a JSON string.
+inline std::string json_string(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        constexpr char digits[] = "0123456789abcdef";
+        const unsigned code = static_cast<unsigned char>(c);
+        if (code < 32 || code == 127) {
+            result += std::string("\\u00") + digits[code / 16] + digits[code % 16];
+            continue;
+        }
+        if (c == '"' || c == '\\') result += '\\';
+        result += c;
+    }
+    return result + '"';
+}
 
 /// The columns of a mesh or strip as they stand in the file, in an order that aligns each to its scalars without padding.
 template <class Mesh>
@@ -19488,8 +19999,11 @@ struct glb_options {
     /// How far viewers may let the camera go (render/motion.hpp), as `motion` among the scene's extras. Absent: the file does not
     /// say.
     std::optional<float> motion = std::nullopt;
-    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`.
+    /// Where nearest and farthest are, which that is a share of: written with `motion`, as `nearest` and `farthest`. So is the
+    /// camera's lens, as `focal_length_35mm`.
     depth_range range = {};
+    /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
+    std::string source = {};
     /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
     bool double_sided = true;
 };
@@ -19549,6 +20063,22 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
+/// What viewers and people may want to know and glTF has no place for, if anything.
+inline void add_extras(json_text& json, const glb_options& options) {
+    const char* before = R"("extras":{)";
+    const auto add = [&](std::string_view name, const auto& value) {
+        json.add(before, "\"", name, "\":", value);
+        before = ",";
+    };
+    if (options.motion) add("farthest", shortest(options.range.z_far));
+    if (options.motion && options.camera)
+        add("focal_length_35mm",
+            shortest(options.camera->focal_length / focal_length_from_35mm(1.0F, options.camera->width, options.camera->height)));
+    if (options.motion) add("motion", shortest(*options.motion)), add("nearest", shortest(options.range.z_near));
+    if (!options.source.empty()) add("source", std::string_view(json_string(options.source)));
+    if (before[0] == ',') json.add("},");
+}
+
 /// The description of the file. Members are in alphabetical order, as most writers of glTF have them.
 inline buffer<char> describe(const contents& c, const glb_options& options) {
     json_text json;
@@ -19572,9 +20102,7 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
     // Linear filters, with mip maps; nothing repeats beyond the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
-    if (options.motion)
-        json.add(R"("extras":{"farthest":)", shortest(options.range.z_far), R"(,"motion":)", shortest(*options.motion),
-                 R"(,"nearest":)", shortest(options.range.z_near), "},");
+    add_extras(json, options);
     json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
     return json.text();
 }
@@ -19680,9 +20208,9 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 }  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and grain
-// (occlusion/grain.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use those where
-// you want only a part, or your own part in between.
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and texture
+// (occlusion/texture_transfer.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use
+// those where you want only a part, or your own part in between.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -19735,6 +20263,7 @@ struct photo3d_options {
     mixed_color_options mixed_colors;
     curve_options curves;
     expand_options expand;
+    texture_options texture;
     grain_options grain;
     chart_options charts;
     atlas_options atlas;
@@ -19810,7 +20339,7 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }  // namespace detail
 
 /// photo      H x W x 3, at least one pixel
-/// inpainter  grain is added to its result; set options.grain.strength to 0 for one that makes texture itself
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
 template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
@@ -19853,7 +20382,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
 
     progress.report("color inpainting", 0.0F);
     inpainter.inpaint(result.layers, progress, threads);
-    add_grain(result.layers, options.grain);
+    add_texture(result.layers, options.texture, options.grain);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

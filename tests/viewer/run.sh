@@ -11,6 +11,6 @@ require "${needs_viewer[@]}" "${needs_browser[@]}"
 install_npm_packages "$here"
 "$top/examples/photo3d/run.sh" sample
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
-"$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --texture jpeg
+"$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html"
 node "$here/viewer.mjs"
