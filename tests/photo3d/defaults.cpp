@@ -32,7 +32,7 @@ TEST_CASE("where the paper has no number, these are the defaults") {
     CHECK(o.mixed_colors.contrast == 40.0F);
     CHECK(o.curves.tangent_length == 20);
     CHECK(o.texture.strength == 1.0F);
-    CHECK(o.texture.crest == 3.5F);
+    CHECK(o.texture.crest == 4.0F);
     CHECK(o.texture.reach == 32);
     CHECK(o.texture.tolerance == 13.0F);
     CHECK(o.grain.strength == 0.6F);

@@ -3,7 +3,7 @@
     python3 evaluate.py --photos PHOTOS --weights checkpoint.pt [--sheets FOLDER] [--count 200]
     python3 evaluate.py --photos PHOTOS --weights farbrausch.safetensors --inpaint PROGRAM ...
 
-With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, grain and all, and a further row
+With --inpaint (inpaint.cpp, compiled) the row "Farbrausch" is what the library makes of the weights, texture and all, and a further row
 is the network alone in PyTorch; without it there is only that.
 
 Columns, inside the holes: PSNR and SSIM (averages over the pictures), mean absolute colour error (0 to 255), error of a hole's mean
@@ -169,7 +169,7 @@ def main():
     methods = {"median colour": median_fill, "diffusion": diffusion, "Telea": opencv(cv2.INPAINT_TELEA),
                "Navier-Stokes": opencv(cv2.INPAINT_NS)}
     if a.weights:
-        methods["Farbrausch without grain" if a.inpaint else "Farbrausch"] = network(a.weights)
+        methods["Farbrausch without texture" if a.inpaint else "Farbrausch"] = network(a.weights)
     if a.weights and a.inpaint:
         methods["Farbrausch"] = library(a.inpaint, a.weights)
     inputs = cases(a.photos, a.count)
@@ -180,7 +180,7 @@ def main():
         mean = {key: np.mean([r[key] for r in rows]) for key in ("psnr", "ssim", "colour", "average")}
         print(f"| {name} | {mean['psnr']:.2f} | {mean['ssim']:.3f} | {mean['colour']:.2f} | {mean['average']:.2f} | {ratio:.2f} | {distance:.2f} |")
     if a.weights:
-        decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items() if name != "Farbrausch without grain"}
+        decibels = {name: np.mean([r["psnr"] for r in rows]) for name, rows in results.items() if name != "Farbrausch without texture"}
         print(f"\nfarbrausch {decibels.pop('Farbrausch') - max(decibels.values()):+.2f} dB")
         if a.sheets:
             os.makedirs(a.sheets, exist_ok=True)

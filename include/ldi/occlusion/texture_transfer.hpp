@@ -28,7 +28,7 @@ struct texture_options {
     float strength = 1.0F;
     /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
     /// number copies edges, too.
-    float crest = 3.5F;
+    float crest = 4.0F;
     /// Texture comes from known pixels up to this many steps over links from an inpainted one.
     int reach = 32;
     /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,
