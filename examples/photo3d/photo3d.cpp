@@ -10,6 +10,8 @@
 #include "outputs.hpp"
 #include "report.hpp"
 #include "stage_pictures.hpp"
+#include "stereo_image.hpp"
+#include "usdz.hpp"
 #include "video.hpp"
 
 #include <ldi/formats/depth_map.hpp>
@@ -39,7 +41,8 @@
 namespace {
 
 struct arguments {
-    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report, data;
+    std::filesystem::path photo, output, html, viewer, depth, depth_model, inpainting_model, stages, report, data, stereo_image,
+        usdz;
     ldi::depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
@@ -146,6 +149,10 @@ void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
     app.add_option("--stages", a.stages, "folder for pictures of every stage")->check(named);
     app.add_option("--report", a.report, "JSON file for the figures of the run")->check(named);
     ldi::examples::describe_video(app, a.video);
+    app.add_option("--stereo-image", a.stereo_image,
+                   "a picture for each eye: .jps, .mpo, or both side by side in .jpg or .png, the left one on the left")
+        ->check(named);
+    app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without a program")->check(named);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
@@ -257,7 +264,9 @@ ldi::photo3d convert(const arguments& a, const ldi::photo_with_depth& input, ldi
 
 /// Names the outputs that follow from the photo's name where none is given.
 void name_outputs(arguments& a) {
-    if (!a.output.empty() || !a.html.empty() || !a.video.output.empty() || !a.video.depth_map.empty()) return;
+    if (!a.output.empty() || !a.html.empty() || !a.video.output.empty() || !a.video.depth_map.empty() ||
+        !a.stereo_image.empty() || !a.usdz.empty())
+        return;
     if (ldi::examples::is_standard(a.photo)) {
         a.output = "-";
         return;
@@ -289,6 +298,8 @@ void check_files(const arguments& a, ldi::examples::output_files& files) {
     if (!a.html.empty()) files.claim(a.html);
     if (!a.report.empty()) files.claim(a.report, true);
     if (!a.stages.empty()) files.claim_folder(a.stages);
+    ldi::examples::check_stereo_image(a.stereo_image, files);
+    ldi::examples::check_usdz(a.usdz, files);
     ldi::examples::check_compression(a.compression);
     ldi::examples::check_video(a.video, files);
 }
@@ -303,6 +314,16 @@ void print_figures(const arguments& a, const nlohmann::ordered_json& report, con
                            "network may see more: --depth, --depth-model.");
 }
 
+/// What all files say of the photo.
+ldi::glb_options facts_of(const arguments& a, const ldi::photo3d& result) {
+    ldi::glb_options facts;
+    facts.camera = result.layers.camera;
+    facts.motion = result.layers.motion;
+    facts.range = result.layers.range;
+    if (!ldi::examples::is_standard(a.photo)) facts.source = ldi::examples::as_utf8(a.photo.filename().string());
+    return facts;
+}
+
 void run(arguments& a, ldi::examples::output_files& files) {
     name_outputs(a);
     check_files(a, files);
@@ -314,13 +335,9 @@ void run(arguments& a, ldi::examples::output_files& files) {
 
     clock.begin("encoding");
     const std::vector<std::byte> jpeg = ldi::encode_jpeg(result.atlas.color, a.quality);
-    ldi::glb_options glb_options;
-    glb_options.camera = result.layers.camera;
-    glb_options.motion = result.layers.motion;
-    glb_options.range = result.layers.range;
-    if (!ldi::examples::is_standard(a.photo)) glb_options.source = ldi::examples::as_utf8(a.photo.filename().string());
+    const ldi::glb_options facts = facts_of(a, result);
     const std::vector<std::byte> glb =
-        ldi::examples::compressed(result, ldi::encode_glb(result.mesh, jpeg, glb_options), a.quality, a.compression);
+        ldi::examples::compressed(result, ldi::encode_glb(result.mesh, jpeg, facts), a.quality, a.compression);
     clock.finish();
 
     const std::string depth = input.depth ? input.depth->source
@@ -332,6 +349,9 @@ void run(arguments& a, ldi::examples::output_files& files) {
     if (!a.stages.empty()) ldi::examples::save_stage_pictures(result, a.stages, files);
     ldi::thread_pool threads(a.threads);
     ldi::examples::save_video(result, a.video, files, threads);
+    ldi::examples::save_stereo_image(result, a.stereo_image, a.quality, a.depth_map.kind == ldi::depth_map_kind::meters, files,
+                                     threads);
+    if (!a.usdz.empty()) files.write(a.usdz, ldi::examples::encode_usdz(result.mesh, jpeg, facts));
     if (viewer) {
         const std::string title = ldi::examples::is_standard(a.photo) ? "3D photo" : a.photo.stem().string();
         files.write(a.html, viewer->with_photo(title, result.photo, glb));

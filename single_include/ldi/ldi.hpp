@@ -13937,7 +13937,7 @@ private:
     // Cost of two neighbors whose sources are not; chosen by trial.
     static constexpr int incoherence = 100;
     // Of so many cells one looks further than its neighbors' sources, which then spread.
-    static constexpr std::uint32_t seldom = 16;
+    static constexpr std::uint32_t seldom = 32;
 
     /// Sets where to look first: the known cell nearest to each unknown one over links, or no_pixel.
     void find_nearest_known() {
@@ -13974,10 +13974,16 @@ private:
     }
 
     void improve(std::int32_t cell, int round, bool forward) {
-        int least = source_[cell] == no_pixel ? std::numeric_limits<int>::max() : cost(cell, source_[cell]);
+        std::int32_t& best = source_[cell];
+        int least = -1;  // not computed before there is something to compare, which is seldom
         const auto consider = [&](std::int32_t from) {
-            if (from == no_pixel || !cells_.is_source(from)) return;
-            if (const int c = cost(cell, from); c < least) least = c, source_[cell] = from;
+            if (from == no_pixel || from == best || !cells_.is_source(from)) return;
+            if (best == no_pixel) {
+                best = from;
+                return;
+            }
+            if (least < 0) least = cost(cell, best);
+            if (const int c = cost(cell, from); c < least) least = c, best = from;
         };
         for (side s : {forward ? side::left : side::right, forward ? side::up : side::down}) {
             const std::int32_t n = cells_.neighbor(cell, s);
@@ -13987,10 +13993,10 @@ private:
         const std::uint32_t random =
             scrambled(static_cast<std::uint32_t>(graph_.x[pixel]),
                       64 * static_cast<std::uint32_t>(graph_.y[pixel]) + static_cast<std::uint32_t>(round));
-        if (source_[cell] != no_pixel && random % seldom != 0) return;
+        if (best != no_pixel && random % seldom != 0) return;
         for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
-        for (int radius = reach_ / 2; radius > 0 && source_[cell] != no_pixel; radius /= 2)
-            consider(wander(source_[cell], scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
+        for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
+            consider(wander(best, scrambled(random, 100 + static_cast<std::uint32_t>(radius)), radius));
     }
 
     /// A cell within this many steps along x and then y, as far as links go.
@@ -14029,7 +14035,7 @@ struct texture_options {
     float strength = 1.0F;
     /// No pixel's texture is stronger than this many times the photo's detail around; it comes near to it gradually. A large
     /// number copies edges, too.
-    float crest = 3.5F;
+    float crest = 4.0F;
     /// Texture comes from known pixels up to this many steps over links from an inpainted one.
     int reach = 32;
     /// Mean difference of the blurred colors, in gray levels, up to which a place counts as alike. From there to twice as much,

@@ -14,6 +14,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import zipfile
 import zlib
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
@@ -34,6 +35,93 @@ def png(width, height, channels=3, rows=None):
     data.append(packer.flush())
     header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b"".join(data)) + chunk(b"IEND", b"")
+
+
+def pixels(data):
+    """The rows of an 8-bit RGB PNG file, each a bytes object."""
+    width, height = struct.unpack(">II", data[16:24])
+    packed, at = b"", 8
+    while at < len(data):
+        length = struct.unpack(">I", data[at : at + 4])[0]
+        packed += data[at + 8 : at + 8 + length] if data[at + 4 : at + 8] == b"IDAT" else b""
+        at += 12 + length
+    raw, rows, above = zlib.decompress(packed), [], bytes(3 * width)
+    for y in range(height):
+        kind, row = raw[y * (3 * width + 1)], bytearray(raw[y * (3 * width + 1) + 1 : (y + 1) * (3 * width + 1)])
+        for i in range(3 * width):
+            left, up, corner = row[i - 3] if i >= 3 else 0, above[i], above[i - 3] if i >= 3 else 0
+            nearest = min((left, up, corner), key=lambda v: abs(left + up - corner - v))
+            row[i] = (row[i] + (0, left, up, (left + up) // 2, nearest)[kind]) % 256
+        rows.append(bytes(row))
+        above = rows[-1]
+    return rows
+
+
+def check_written_files(folder):
+    """Compressed GLB files, stereo pictures and USDZ, of a photo with a red line far away and a green one near."""
+    def write(name, *options):
+        path = os.path.join(folder, name)
+        kind = {".glb": "-o", ".usdz": "--usdz"}.get(os.path.splitext(name)[1], "--stereo-image")
+        said = subprocess.run([PROGRAM, photo, *depth, kind, path, *options, "--quiet"], capture_output=True, text=True, env=WITHOUT_MODELS).stderr
+        return open(path, "rb").read() if os.path.exists(path) else said.encode()
+
+    lines = bytes(v for x in range(300) for v in ((250, 0, 0) if 60 <= x < 64 else (0, 250, 0) if 220 <= x < 224 else (90, 90, 90)))
+    photo = file(folder, "li\"nes.png", png(300, 200, 3, lambda y: lines))
+    depth = ["--depth", file(folder, "lines_depth.png", png(300, 200, 1, lambda y: bytes(40 if x < 150 else 200 for x in range(300))))]
+
+    def content(glb):
+        return json.loads(glb[20 : 20 + struct.unpack("<I", glb[12:16])[0]])
+
+    plain = write("plain.glb")
+    extras = content(plain)["scenes"][0]["extras"]
+    check(f"a GLB file says what it was made of: {extras}", extras.get("source") == "li\"nes.png" and extras.keys() >= {"motion", "nearest", "farthest", "focal_length_35mm"})
+    compressed = write("compressed.glb", "--compress")
+    if b"built without" in compressed:
+        print("skipped compressed files: the program was built without meshoptimizer or libwebp")
+    else:
+        json_of = content(compressed)
+        check("a compressed GLB file", is_whole_glb(compressed) and {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of["extensionsRequired"]))
+        check("what a compressed GLB file says", json_of["scenes"] == content(plain)["scenes"] and json_of["cameras"] == content(plain)["cameras"])
+        check("a compressed GLB file with a JPEG", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--texture", "jpeg"))["extensionsUsed"])
+        both = content(write("both.glb", "--compress", "--texture", "both"))
+        check("a compressed GLB file with both", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
+    run("a texture of a file that is not compressed", [photo, *depth, "--texture", "jpeg"], ["--compress"])
+
+    rows = pixels(write("pair.png"))
+
+    def middle(color, first, last):
+        """Of what has that color in a row, between these columns."""
+        seen = [x for x in range(first, last) if rows[100][3 * x + color] > rows[100][3 * x + 1 - color] + 60]
+        return sum(seen) / max(len(seen), 1) - first
+
+    check("two pictures side by side", len(rows) == 200 and len(rows[0]) == 3 * 600)
+    far, near = (middle(color, 300, 600) - middle(color, 0, 300) for color in (0, 1))
+    check(f"what is near stands in the window, what is far behind it: {near}, {far}", abs(near) < 1 and 3 < far < 12)
+    jps = write("pair.JPS")
+    check("a JPS file", jps[:4] == b"\xff\xd8\xff\xe0" and b"\xff\xe3\0\x12_JPSJPS_\0\4\0\0\2\1\0\0" in jps)
+    mpo = write("pair.mpo")
+    index = mpo.find(b"MPF\0") + 4
+    entries = struct.unpack("<8I", mpo[index + 50 : index + 82])
+    second = mpo[index + entries[6] :][: entries[5]]
+    check("an MPO file", entries[1] + entries[5] == len(mpo) and second[:2] == b"\xff\xd8" and second[-2:] == b"\xff\xd9" and mpo[: entries[1]][-2:] == b"\xff\xd9")
+    run("a stereo picture of another kind", [photo, *depth, "--stereo-image", os.path.join(folder, "pair.gif")], [".gif", ".mpo"])
+
+    usdz = zipfile.ZipFile(os.path.join(folder, "photo.usdz")) if is_written(write("photo.usdz")) else None
+    names = usdz.namelist() if usdz else []
+    check("a USDZ file", names == ["photo.usda", "textures/photo.jpg"] and usdz.testzip() is None)
+    for item in usdz.infolist() if usdz else []:
+        header = open(usdz.filename, "rb").read()[item.header_offset :][:30]
+        start = item.header_offset + 30 + sum(struct.unpack("<HH", header[26:30]))
+        check(f"{item.filename} is stored at a multiple of 64 bytes: {start}", item.compress_type == zipfile.ZIP_STORED and start % 64 == 0)
+    scene = usdz.read("photo.usda").decode() if usdz else ""
+    indices = [int(i) for i in (re.search(r"faceVertexIndices = \[([^]]*)", scene) or [0, "-1"])[1].split(",")]
+    points = len(re.findall(r"\(", (re.search(r"points = \[([^]]*)", scene) or [0, ""])[1]))
+    check("the scene of a USDZ file", scene.startswith("#usda 1.0\n") and max(indices) == points - 1 and 'string source = "li\\"nes.png"' in scene)
+    run("a USDZ file of another name", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
+
+
+def is_written(data):
+    return data[:2] == b"PK"
 
 
 def npy(width, height, value):
@@ -180,6 +268,8 @@ def main():
         run("no viewer", [small, *depth, "--html", page, "--viewer", os.path.join(folder, "none.html")], ["none.html", "examples/viewer/build.sh"])
         run("a viewer that is none", [small, *depth, "--html", page, "--viewer", SAMPLE], ["sample.jpg", "examples/viewer/build.sh"])
         run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
+
+        check_written_files(folder)
 
         # Moving pictures.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")

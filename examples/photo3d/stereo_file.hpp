@@ -1,0 +1,146 @@
+// Files of two pictures, one for each eye: JPS (a JPEG of both side by side, with a note that it is one) and MPO (two JPEGs one
+// after the other; CIPA DC-007, "Multi-Picture Format"). Both are read as plain JPEGs by what does not know them.
+#pragma once
+
+#include <ldi/base/error.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/render/stereo.hpp>
+#include <ldi/version.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Bytes one after the other, whole numbers from their lowest byte on.
+class little_endian_bytes {
+public:
+    void put_16(std::uint32_t value) { put(value, 2); }
+    void put_32(std::uint32_t value) { put(value, 4); }
+    void put_text(std::string_view text) {
+        for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
+    }
+    /// An entry of a TIFF directory: a tag, the type of its values, their number, and the value or its offset.
+    void put_entry(std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::uint32_t value) {
+        put_16(tag), put_16(type), put_32(count), put_32(value);
+    }
+
+    std::vector<std::byte> bytes;
+
+private:
+    void put(std::uint32_t value, int count) {
+        for (int i = 0; i < count; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 255));
+    }
+};
+
+/// The JPEG file with a segment more, after the one that says that it is JFIF.
+///
+/// marker  the segment's: 0xE1 for APP1
+inline std::vector<std::byte> with_segment(std::span<const std::byte> jpeg, unsigned marker, std::span<const std::byte> content) {
+    LDI_ASSERT(jpeg.size() > 20 && jpeg[3] == std::byte{0xE0} && content.size() < 65534);
+    const std::size_t after = 4 + std::to_integer<std::size_t>(jpeg[4]) * 256 + std::to_integer<std::size_t>(jpeg[5]),
+                      length = content.size() + 2;
+    std::vector<std::byte> result(jpeg.begin(), jpeg.begin() + static_cast<std::ptrdiff_t>(after));
+    for (const std::size_t value : {std::size_t{0xFF}, std::size_t{marker}, length / 256, length % 256})
+        result.push_back(static_cast<std::byte>(value));
+    result.insert(result.end(), content.begin(), content.end());
+    result.insert(result.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(after), jpeg.end());
+    return result;
+}
+
+/// A JPS file: the right eye's picture on the left, as is the custom, to be looked at with crossed eyes or by programs that
+/// know it. Its note is an APP3 segment: bytes of media (1: stereo), layout (2: side by side), flags (bit 2 would say that the
+/// left eye's picture comes first) and separation, from the lowest on.
+inline std::vector<std::byte> encode_jps(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality) {
+    little_endian_bytes note;
+    note.put_text("_JPSJPS_");
+    note.put_text(std::string_view("\0\4", 2));  // the length of what follows, highest byte first
+    note.put_text(std::string_view("\0\0\2\1", 4));
+    note.put_16(0);  // of a comment
+    return with_segment(encode_jpeg(side_by_side(right, left), quality), 0xE3, note.bytes);
+}
+
+/// EXIF that says which program wrote the picture: MPO files are of EXIF pictures.
+inline std::vector<std::byte> exif_of_program() {
+    const std::string program = "ldi " + std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." +
+                                std::to_string(LDI_VERSION_PATCH) + std::string(1, '\0');
+    little_endian_bytes exif;
+    exif.put_text(std::string_view("Exif\0\0II*\0", 10));
+    exif.put_32(8), exif.put_16(2);
+    exif.put_entry(0x0112, 3, 1, 1);  // the orientation: as it is
+    exif.put_entry(0x0131, 2, static_cast<std::uint32_t>(program.size()), 8 + 2 + 2 * 12 + 4);
+    exif.put_32(0);
+    exif.put_text(program);
+    return exif.bytes;
+}
+
+/// The directory of one picture of two: its number from the left, the first as the base, parallel axes, and the distance between
+/// the eyes.
+///
+/// offset  at which it will stand
+/// meters  0: not known
+inline void put_attributes(little_endian_bytes& to, std::uint32_t offset, std::uint32_t number, float meters) {
+    const std::uint32_t numbers = offset + 2 + 4 * 12 + 4;
+    to.put_16(4);
+    to.put_entry(0xB101, 4, 1, number);
+    to.put_entry(0xB204, 4, 1, 1);
+    to.put_entry(0xB205, 10, 1, numbers);
+    to.put_entry(0xB206, 5, 1, numbers + 8);
+    to.put_32(0);
+    constexpr std::uint32_t unknown = 0xFFFFFFFF;
+    to.put_32(0), to.put_32(1);
+    to.put_32(meters > 0 ? static_cast<std::uint32_t>(1e6F * meters) : unknown), to.put_32(meters > 0 ? 1'000'000 : unknown);
+}
+
+/// An MPO file, the left eye's picture first.
+///
+/// meters  between the eyes; 0: not known
+/// Raises as encode_jpeg().
+inline std::vector<std::byte> encode_mpo(const image<std::uint8_t>& left, const image<std::uint8_t>& right, int quality,
+                                         float meters) {
+    const auto encoded = [&](const image<std::uint8_t>& seen) {
+        return with_segment(encode_jpeg(seen, quality), 0xE1, exif_of_program());
+    };
+    const std::vector<std::byte> first = encoded(left);
+    little_endian_bytes second_segment;
+    second_segment.put_text(std::string_view("MPF\0II*\0", 8));
+    second_segment.put_32(8);
+    put_attributes(second_segment, 8, 2, meters);
+    const std::vector<std::byte> second = with_segment(encoded(right), 0xE2, second_segment.bytes);
+
+    // The index, whose length does not depend on what it says.
+    constexpr std::uint32_t list = 8 + 2 + 3 * 12 + 4, attributes = list + 2 * 16;
+    const auto index = [&](std::size_t first_bytes, std::size_t second_begin) {
+        little_endian_bytes segment;
+        segment.put_text(std::string_view("MPF\0II*\0", 8));
+        segment.put_32(8), segment.put_16(3);
+        segment.put_16(0xB000), segment.put_16(7), segment.put_32(4), segment.put_text("0100");
+        segment.put_entry(0xB001, 4, 1, 2);
+        segment.put_entry(0xB002, 7, 32, list);
+        segment.put_32(attributes);
+        constexpr std::uint32_t disparity = 0x020002, is_shown_alone = 0x20000000;
+        segment.put_32(disparity | is_shown_alone), segment.put_32(static_cast<std::uint32_t>(first_bytes));
+        segment.put_32(0), segment.put_32(0);
+        segment.put_32(disparity), segment.put_32(static_cast<std::uint32_t>(second.size()));
+        segment.put_32(static_cast<std::uint32_t>(second_begin)), segment.put_32(0);
+        put_attributes(segment, attributes, 1, meters);
+        return with_segment(first, 0xE2, segment.bytes);
+    };
+    const std::size_t first_bytes = index(0, 0).size();
+    // Offsets count from the segment's own "II", which stands behind SOI, JFIF, the marker, the length and "MPF".
+    const std::size_t header = 4 + std::to_integer<std::size_t>(first[4]) * 256 + std::to_integer<std::size_t>(first[5]) + 8;
+    std::vector<std::byte> file = index(first_bytes, first_bytes - header);
+    file.insert(file.end(), second.begin(), second.end());
+    return file;
+}
+
+}  // namespace ldi::examples

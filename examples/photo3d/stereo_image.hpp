@@ -1,0 +1,87 @@
+// One picture for each eye: `photo3d --stereo-image FILE`.
+#pragma once
+
+#include "outputs.hpp"
+#include "stereo_file.hpp"
+
+#include <ldi/base/executor.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/motion.hpp>
+#include <ldi/render/rasterizer.hpp>
+#include <ldi/render/stereo.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// What the two eyes see.
+struct stereo_pair {
+    image<std::uint8_t> left, right;
+    float eye_distance = 0;  ///< in the units of the photo's space
+};
+
+/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+inline void check_stereo_image(const std::filesystem::path& file, output_files& files) {
+    if (file.empty()) return;
+    files.claim(file);
+    const std::string kind = extension_of(file);
+    for (const char* known : {".jps", ".mpo", ".jpg", ".jpeg", ".png"})
+        if (kind == known) return;
+    raise(error_code::invalid_option, file.string(), "a name that ends in .jps, .mpo, .jpg or .png",
+          kind.empty() ? "no extension" : kind);
+}
+
+/// The two views of a scene behind a window, which is as far as the nearest surface: that is at the same place for both eyes, so
+/// that the picture's edges cut off nothing that stands before them. The farthest lies a thirtieth of the width apart, or as far
+/// as the photo's motion goes; by as much the pictures are narrower than the photo, whose border would show.
+template <executor Executor>
+stereo_pair draw_stereo_pair(const photo3d& result, Executor& threads) {
+    const pinhole_camera& camera = result.layers.camera;
+    const depth_range& range = result.layers.range;
+    const float half = within_motion({0.5F * eye_distance(camera, range), 0, 0}, camera, range, result.layers.motion)[0];
+    const float width = static_cast<float>(camera.width);
+    const float apart = camera.focal_length * half * (range.inverse_depth(1) - range.inverse_depth(0));
+    const float zoom = width / (width - 2 * apart);
+    view from;
+    from.camera = camera;
+    from.camera.focal_length *= zoom;
+    // The window's place in each picture, by which they are drawn wider and then cut.
+    const std::int32_t shift = static_cast<std::int32_t>(std::lround(from.camera.focal_length * half * range.inverse_depth(1)));
+    from.camera.width += 2 * shift;
+    raster_options raster;
+    raster.samples = 2;
+    raster.z_near = 0.01F * range.z_near;
+    const auto draw = [&](float side, std::int32_t first_column) {
+        const image<std::uint8_t> wide = rasterize(result.mesh, result.atlas.color, beside(from, side), raster, threads).color;
+        const std::size_t columns = static_cast<std::size_t>(camera.width), skipped = static_cast<std::size_t>(first_column);
+        image<std::uint8_t> cut(wide.height(), columns, 3, unset);
+        for (std::size_t y = 0; y < wide.height(); ++y) std::copy_n(wide.row(y) + 3 * skipped, 3 * columns, cut.row(y));
+        return cut;
+    };
+    return {draw(-half, 2 * shift), draw(half, 0), 2 * half};
+}
+
+/// quality   of JPEG, 1 to 100
+/// is_metric whether depth is in meters
+template <executor Executor>
+void save_stereo_image(const photo3d& result, const std::filesystem::path& file, int quality, bool is_metric, output_files& files,
+                       Executor& threads) {
+    if (file.empty()) return;
+    const stereo_pair pair = draw_stereo_pair(result, threads);
+    const std::string kind = extension_of(file);
+    files.write(file, kind == ".jps"   ? encode_jps(pair.left, pair.right, quality)
+                      : kind == ".mpo" ? encode_mpo(pair.left, pair.right, quality, is_metric ? pair.eye_distance : 0)
+                      : kind == ".png" ? encode_png(side_by_side(pair.left, pair.right))
+                                       : encode_jpeg(side_by_side(pair.left, pair.right), quality));
+}
+
+}  // namespace ldi::examples

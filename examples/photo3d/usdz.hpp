@@ -1,0 +1,249 @@
+// A 3D photo as USDZ, which iPhones, iPads and Macs show without a program of ours (AR Quick Look): `photo3d --usdz FILE`. A USDZ
+// file is a zip file of files that are stored as they are, the data of each at a multiple of 64 bytes ("Usdz File Format
+// Specification", Pixar): a scene as text (usda), then its texture.
+#pragma once
+
+#include "outputs.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/core/camera.hpp>
+#include <ldi/formats/detail/checksums.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/version.hpp>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// To be called before the work. Raises invalid_option for another kind of file, and as output_files::claim().
+inline void check_usdz(const std::filesystem::path& file, output_files& files) {
+    if (file.empty()) return;
+    files.claim(file);
+    if (extension_of(file) != ".usdz")
+        raise(error_code::invalid_option, file.string(), "a name that ends in .usdz", extension_of(file));
+}
+
+/// A zip file of stored files, each at a multiple of 64 bytes.
+class stored_zip {
+public:
+    /// name  in ASCII, with / between folders
+    void add(std::string_view name, std::span<const std::byte> content) {
+        const std::size_t header = 30 + name.size() + 4;  // an extra field of no content has 4 bytes
+        const std::size_t padding = (64 - (file_.size() + header) % 64) % 64;
+        const std::uint32_t checksum = ldi::detail::crc32(content);
+        ++count_;
+        put_32(directory_, 0x02014B50), put_16(directory_, 20);
+        put_facts(directory_, name, content, checksum, 0);
+        for (int i = 0; i < 3; ++i) put_16(directory_, 0);  // no comment, first disk, no attributes
+        put_32(directory_, 0), put_32(directory_, file_.size());
+        put_text(directory_, name);
+        put_32(file_, 0x04034B50);
+        put_facts(file_, name, content, checksum, 4 + padding);
+        put_text(file_, name);
+        put_16(file_, 0x1986), put_16(file_, padding);  // the number that USD's own writer gives its padding
+        file_.resize(file_.size() + padding);
+        file_.insert(file_.end(), content.begin(), content.end());
+        if (file_.size() > 0xFFFF0000) raise(error_code::too_large, "USDZ", "less than 4 GB", "more");
+    }
+
+    std::vector<std::byte> finish() {
+        const std::size_t begin = file_.size();
+        file_.insert(file_.end(), directory_.begin(), directory_.end());
+        put_32(file_, 0x06054B50), put_16(file_, 0), put_16(file_, 0);
+        put_16(file_, count_), put_16(file_, count_);
+        put_32(file_, directory_.size()), put_32(file_, begin), put_16(file_, 0);
+        return std::move(file_);
+    }
+
+private:
+    using bytes = std::vector<std::byte>;
+
+    static void put_16(bytes& to, std::size_t value) {
+        for (int shift = 0; shift < 16; shift += 8) to.push_back(static_cast<std::byte>(value >> shift & 255));
+    }
+    static void put_32(bytes& to, std::size_t value) { put_16(to, value & 0xFFFF), put_16(to, value >> 16); }
+    static void put_text(bytes& to, std::string_view text) {
+        for (const char c : text) to.push_back(static_cast<std::byte>(c));
+    }
+    /// What stands alike in both of a file's headers: stored, of the first day that zip knows, its checksum and sizes.
+    static void put_facts(bytes& to, std::string_view name, std::span<const std::byte> content, std::uint32_t checksum,
+                          std::size_t extra) {
+        put_16(to, 20), put_16(to, 0), put_16(to, 0);
+        put_16(to, 0), put_16(to, 0x21);
+        put_32(to, checksum), put_32(to, content.size()), put_32(to, content.size());
+        put_16(to, name.size()), put_16(to, extra);
+    }
+
+    bytes file_, directory_;
+    std::size_t count_ = 0;
+};
+
+/// A scene's text.
+class usda_text {
+public:
+    void add(std::string_view part) { text_ += part; }
+
+    void add(double number) {
+        char digits[32];
+        const std::to_chars_result end = std::to_chars(digits, digits + sizeof digits, number, std::chars_format::general, 7);
+        text_.append(digits, end.ptr);
+    }
+
+    /// (1, 2), (3, 4), or 1, 2 where one number is an item.
+    template <class Number>
+    void add_items(const std::vector<Number>& numbers, std::size_t in_item) {
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            if (i > 0) text_ += ", ";
+            if (in_item > 1 && i % in_item == 0) text_ += '(';
+            add(static_cast<double>(numbers[i]));
+            if (in_item > 1 && i % in_item == in_item - 1) text_ += ')';
+        }
+    }
+    template <class Number>
+    void add_list(const std::vector<Number>& numbers, std::size_t in_item) {
+        text_ += '[', add_items(numbers, in_item), text_ += ']';
+    }
+
+    const std::string& text() const { return text_; }
+
+private:
+    std::string text_;
+};
+
+/// Text between quotes, on one line.
+inline std::string usda_string(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (static_cast<unsigned char>(c) < 32) continue;
+        if (c == '"' || c == '\\') result += '\\';
+        result += c;
+    }
+    return result + '"';
+}
+
+inline void add_mesh(usda_text& scene, const textured_mesh& mesh) {
+    std::array<float, 3> lowest, highest;
+    lowest.fill(std::numeric_limits<float>::infinity()), highest.fill(-std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        lowest[i % 3] = std::min(lowest[i % 3], mesh.positions[i]);
+        highest[i % 3] = std::max(highest[i % 3], mesh.positions[i]);
+    }
+    std::vector<float> coordinates(mesh.texture_coordinates.begin(), mesh.texture_coordinates.end());
+    for (std::size_t i = 1; i < coordinates.size(); i += 2) coordinates[i] = 1 - coordinates[i];  // USD's begin at the bottom
+    scene.add("        float3[] extent = ");
+    scene.add_list(std::vector<float>{lowest[0], lowest[1], lowest[2], highest[0], highest[1], highest[2]}, 3);
+    scene.add("\n        int[] faceVertexCounts = ");
+    scene.add_list(std::vector<int>(mesh.triangle_count(), 3), 1);
+    scene.add("\n        int[] faceVertexIndices = ");
+    scene.add_list(std::vector<std::uint32_t>(mesh.triangles.begin(), mesh.triangles.end()), 1);
+    scene.add("\n        point3f[] points = ");
+    scene.add_list(std::vector<float>(mesh.positions.begin(), mesh.positions.end()), 3);
+    scene.add("\n        texCoord2f[] primvars:st = ");
+    scene.add_list(coordinates, 2);
+    // It stands on the floor, what is nearest before the place where one has put it and what is farthest behind.
+    scene.add(" (\n            interpolation = \"vertex\"\n        )\n        double3 xformOp:translate = ");
+    scene.add_items(std::vector<float>{-0.5F * (lowest[0] + highest[0]), -lowest[1], -0.5F * (lowest[2] + highest[2])}, 3);
+}
+
+/// The texture glows and reflects nothing, so that it looks the same in any light.
+inline constexpr std::string_view usda_material = R"(
+    def Material "Material"
+    {
+        token outputs:surface.connect = </Photo/Material/Surface.outputs:surface>
+
+        def Shader "Surface"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0, 0, 0)
+            color3f inputs:emissiveColor.connect = </Photo/Material/Texture.outputs:rgb>
+            float inputs:ior = 1
+            float inputs:metallic = 0
+            float inputs:roughness = 1
+            token outputs:surface
+        }
+
+        def Shader "Coordinates"
+        {
+            uniform token info:id = "UsdPrimvarReader_float2"
+            string inputs:varname = "st"
+            float2 outputs:result
+        }
+
+        def Shader "Texture"
+        {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @textures/photo.jpg@
+            token inputs:sourceColorSpace = "sRGB"
+            float2 inputs:st.connect = </Photo/Material/Coordinates.outputs:result>
+            token inputs:wrapS = "clamp"
+            token inputs:wrapT = "clamp"
+            float3 outputs:rgb
+        }
+    }
+)";
+
+/// The scene as text.
+inline std::string describe_usda(const textured_mesh& mesh, const glb_options& facts) {
+    usda_text numbers;
+    const auto add = [&](const char* name, float value) {
+        numbers.add("        double "), numbers.add(name), numbers.add(" = "), numbers.add(double{value}), numbers.add("\n");
+    };
+    add("farthest", facts.range.z_far);
+    if (facts.camera)
+        add("focal_length_35mm",
+            facts.camera->focal_length / focal_length_from_35mm(1.0F, facts.camera->width, facts.camera->height));
+    if (facts.motion) add("motion", *facts.motion);
+    add("nearest", facts.range.z_near);
+    usda_text placed;
+    add_mesh(placed, mesh);
+    const std::string version =
+        std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." + std::to_string(LDI_VERSION_PATCH);
+    return "#usda 1.0\n(\n    customLayerData = {\n        string creator = \"ldi " + version + "\"\n" + numbers.text() +
+           "        string source = " + usda_string(facts.source) +
+           "\n    }\n    defaultPrim = \"Photo\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n" +
+           R"(def Xform "Photo" (
+    kind = "component"
+)
+{
+    def Mesh "Mesh" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        uniform bool doubleSided = 1
+)" + placed.text() +
+           R"(
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        rel material:binding = </Photo/Material>
+        uniform token subdivisionScheme = "none"
+    }
+)" + std::string(usda_material) +
+           "}\n";
+}
+
+/// A USDZ file of a mesh and its texture.
+///
+/// texture  a JPEG file
+/// facts    as of a GLB file; a USDZ file has them in its customLayerData
+/// Raises too_large from 4 GB on.
+inline std::vector<std::byte> encode_usdz(const textured_mesh& mesh, std::span<const std::byte> texture,
+                                          const glb_options& facts) {
+    stored_zip zip;
+    const std::string scene = describe_usda(mesh, facts);
+    zip.add("photo.usda", std::as_bytes(std::span(scene)));
+    zip.add("textures/photo.jpg", texture);
+    return zip.finish();
+}
+
+}  // namespace ldi::examples
