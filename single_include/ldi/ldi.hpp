@@ -14074,7 +14074,7 @@ public:
         if (source_[cell] == no_pixel) return 0.0F;
         const float difference = nearest_float(difference_of(looks_[cell], looks_[source_[cell]])) / nearest_float(tap_values);
         if (difference <= options_.tolerance) return 1.0F;
-        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 is negative infinity here
+        return (std::max)(2.0F - difference / options_.tolerance, 0.0F);  // a tolerance of 0 leaves only what is equal
     }
 
     /// The texture of an unknown cell, none if it has no source. `noise`: the photo's detail around it.
