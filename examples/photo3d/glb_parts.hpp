@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -77,6 +79,8 @@ public:
         } else {
             result.triangles = values<unsigned>(indices, 5125, 1);
         }
+        if (!std::all_of(result.positions.begin(), result.positions.end(), [](float p) { return std::isfinite(p); }))
+            raise_other_glb("a position that is not finite");
         const std::size_t count = result.vertex_count();
         if (result.texture_coordinates.size() != 2 * count || (!result.colors.empty() && result.colors.size() != 4 * count))
             raise_other_glb("columns of different lengths");

@@ -82,10 +82,10 @@ def check_written_files(folder):
         json_of = content(compressed)
         check("a compressed GLB file", is_whole_glb(compressed) and {"EXT_meshopt_compression", "EXT_texture_webp"} <= set(json_of["extensionsRequired"]))
         check("what a compressed GLB file says", json_of["scenes"] == content(plain)["scenes"] and json_of["cameras"] == content(plain)["cameras"])
-        check("a compressed GLB file with a JPEG", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--texture", "jpeg"))["extensionsUsed"])
-        both = content(write("both.glb", "--compress", "--texture", "both"))
+        check("a compressed GLB file with a JPEG", "EXT_texture_webp" not in content(write("jpeg.glb", "--compress", "--compressed-texture", "jpeg"))["extensionsUsed"])
+        both = content(write("both.glb", "--compress", "--compressed-texture", "both"))
         check("a compressed GLB file with both", [image["mimeType"] for image in both["images"]] == ["image/jpeg", "image/webp"])
-    run("a texture of a file that is not compressed", [photo, *depth, "--texture", "jpeg"], ["--compress"])
+    run("a texture of a file that is not compressed", [photo, *depth, "--compressed-texture", "jpeg"], ["--compress"])
 
     rows = pixels(write("pair.png"))
 

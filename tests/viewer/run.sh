@@ -12,5 +12,5 @@ install_npm_packages "$here"
 "$top/examples/photo3d/run.sh" sample
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
-"$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html"
+"$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html" --usdz "$top/out/sample.usdz"
 node "$here/viewer.mjs"

@@ -5,8 +5,9 @@ import { readFile, stat } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
-import { square, withoutCamera } from "./glb.mjs";
+import { square, takeApart, withoutCamera } from "./glb.mjs";
 import { PictureDesk } from "./pictures.mjs";
+import { makeUsdPage } from "./usd.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const top = join(here, "../..");
@@ -27,6 +28,7 @@ const rotationOnlyScripts = [...headsetScripts, "Object.defineProperty(XRPose.pr
 
 const only = process.argv[2]; // a word of the tests to run, for those who work on one of them
 
+const usdPage = await makeUsdPage(join(top, "out/usd.html"));
 const { context, stop } = await startBrowser();
 const desk = await PictureDesk.open(context);
 let passed = 0;
@@ -381,6 +383,14 @@ await test("a page with a compressed photo, its texture in WebP, shows the photo
     console.log(`        ${psnr.toFixed(1)} dB`);
     assert.ok(psnr > 28, `${psnr} dB`);
     assert.ok((await stat(join(top, "out/sample_compressed.html"))).size < (await stat(samplePage)).size - 50_000);
+});
+
+await test("three.js reads the USDZ file as the photo, seen from where it was taken", () => openPage(context, usdPage, still), async (page) => {
+    const camera = takeApart(glb).json.cameras[0].perspective;
+    await page.evaluate(([usdz, lens]) => showUsdz(usdz, lens), [await readFile(join(top, "out/sample.usdz"), "base64"), camera]);
+    const psnr = await desk.psnr(await picture(page, "canvas"), photo);
+    console.log(`        ${psnr.toFixed(1)} dB`);
+    assert.ok(psnr > 25, `${psnr} dB`);
 });
 
 await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {

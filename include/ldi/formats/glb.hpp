@@ -97,6 +97,22 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
 }
 
+/// Text as a JSON string.
+inline std::string json_string(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        constexpr char digits[] = "0123456789abcdef";
+        const unsigned code = static_cast<unsigned char>(c);
+        if (code < 32 || code == 127) {
+            result += std::string("\\u00") + digits[code / 16] + digits[code % 16];
+            continue;
+        }
+        if (c == '"' || c == '\\') result += '\\';
+        result += c;
+    }
+    return result + '"';
+}
+
 /// What viewers and people may want to know and glTF has no place for, if anything.
 inline void add_extras(json_text& json, const glb_options& options) {
     const char* before = R"("extras":{)";
