@@ -70,7 +70,7 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
-    app.add_option("PHOTO", a.photos, "JPEG or PNG; - for standard input. With --batch: photos, folders of photos, lists")
+    app.add_option("PHOTO", a.photos, "JPEG or PNG; - for standard input. With --batch also more of them, folders, lists")
         ->required()
         ->check(named);
     app.add_option(

@@ -50,8 +50,8 @@ photo_files names_of(const arguments& a) {
 void check_files(const arguments& a, const photo_files& names, output_files& files) {
     if (is_standard(names.photo) && is_standard(names.depth))
         ldi::raise(ldi::error_code::invalid_option, "-", "one input that comes from standard input", "two: PHOTO and --depth");
-    check_names(names, a, files);
     if (camera_paths().count(a.video.path) == 0) files.read_from(a.video.path);
+    check_names(names, a, files);
     if (!a.stages.empty()) files.claim_folder(a.stages);
     check_video(a.video, files);
 }
