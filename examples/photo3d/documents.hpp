@@ -68,9 +68,10 @@ inline std::string roff(std::string_view text) {
 }
 
 inline std::string manual(const CLI::App& app, const std::string& version) {
-    std::string page = ".TH PHOTO3D 1 \"\" \"photo3d " + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
-                       "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.I PHOTO\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
-                       roff(app.get_description()) + "\n.SH OPTIONS\n";
+    std::string page =
+        ".TH PHOTO3D 1 \"\" \"photo3d " + roff(version) + "\" \"User Commands\"\n.SH NAME\nphoto3d \\- " +
+        "makes a 3D photo from a photo\n.SH SYNOPSIS\n.B photo3d\n.IR PHOTO ...\n.RI [ OPTION ...]\n.SH DESCRIPTION\n" +
+        roff(app.get_description()) + "\n.SH OPTIONS\n";
     for (const CLI::Option* option : all_options(app)) {
         page += ".TP\n";
         if (option->get_positional() && names_of(*option).empty()) {

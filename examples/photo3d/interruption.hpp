@@ -10,18 +10,23 @@
 
 #include <atomic>
 #include <csignal>
+#include <functional>
+#include <mutex>
 #include <thread>
+#include <unordered_set>
+#include <utility>
 
 namespace ldi::examples {
 
 /// The program that writes a file for us now, or 0.
 inline std::atomic<pid_t> helping_process{0};
 
-/// While it exists, a signal discards a set of files before it ends the program. To be made before other threads, which are to
-/// leave signals to this one.
+/// While it exists, a signal discards what is being written before it ends the program. To be made before other threads, which
+/// are to leave signals to this one.
 class interruption {
 public:
-    explicit interruption(file_set& files) : files_(files) {
+    /// discard  called on a thread of its own while others work; nothing is to be written after it
+    explicit interruption(std::function<void()> discard) : discard_(std::move(discard)) {
         std::signal(SIGPIPE, SIG_IGN);  // who does not read on shows in what write() returns
         sigemptyset(&signals_);
         sigaddset(&signals_, wake_up);
@@ -56,7 +61,7 @@ private:
         if (is_done_) return;
         is_ending_ = true;
         if (const pid_t helper = helping_process; helper > 0) kill(helper, SIGKILL);
-        files_.discard();  // waits while files are put in their places
+        discard_();  // waits while files are put in their places
         std::signal(number, SIG_DFL);
         sigset_t this_one;
         sigemptyset(&this_one);
@@ -66,10 +71,32 @@ private:
         for (;;) pause();
     }
 
-    file_set& files_;
+    std::function<void()> discard_;
     sigset_t signals_;
     std::atomic<bool> is_ending_{false}, is_done_{false};
     std::thread thread_;
+};
+
+/// The sets of files that are being written. A signal discards all of them.
+class sets_in_work {
+public:
+    void add(file_set& files) {
+        const std::lock_guard lock(mutex_);
+        sets_.insert(&files);
+    }
+    void remove(file_set& files) {
+        const std::lock_guard lock(mutex_);
+        sets_.erase(&files);
+    }
+    /// From here on nobody begins with another: the program ends.
+    void discard() {
+        mutex_.lock();
+        for (file_set* files : sets_) files->discard();
+    }
+
+private:
+    std::mutex mutex_;
+    std::unordered_set<file_set*> sets_;
 };
 
 }  // namespace ldi::examples

@@ -72,32 +72,45 @@ inline std::string escaped(std::string_view text) {
 /// One line to standard error.
 inline void say(const std::string& text) { std::fprintf(stderr, "photo3d: %s\n", escaped(text).c_str()); }
 
-/// Says what went wrong. Called while an exception is handled.
-inline exit_code say_failure() {
+/// What went wrong.
+struct failure {
+    exit_code code;
+    std::string kind;  ///< "invalid data", "file access", "out of memory", ..., as error_code has them
+    std::string text;
+};
+
+/// Called while an exception is handled.
+inline failure describe_failure() {
+    const std::string out_of_memory(to_string(error_code::out_of_memory));
     try {
         throw;
     } catch (const error& e) {
-        say(e.what());
+        const std::string kind(to_string(e.code()));
         switch (e.code()) {
-            case error_code::invalid_option: return exit_usage;
+            case error_code::invalid_option: return {exit_usage, kind, e.what()};
             case error_code::unavailable:
             case error_code::out_of_memory:
-            case error_code::canceled: return exit_try_again;
-            default: return exit_never;
+            case error_code::canceled: return {exit_try_again, kind, e.what()};
+            default: return {exit_never, kind, e.what()};
         }
     } catch (const std::bad_alloc&) {
-        say("not enough memory");
-        return exit_try_again;
+        return {exit_try_again, out_of_memory, "not enough memory"};
     } catch (const std::length_error&) {
-        say("not enough memory");
-        return exit_try_again;
+        return {exit_try_again, out_of_memory, "not enough memory"};
     } catch (const std::system_error& e) {  // threads that can't be started, folders that can't be read
-        say(e.what());
-        return detail::may_pass(e.code().value()) ? exit_try_again : exit_never;
+        const bool may_pass = detail::may_pass(e.code().value());
+        return {may_pass ? exit_try_again : exit_never,
+                std::string(to_string(may_pass ? error_code::unavailable : error_code::file_access)), e.what()};
     } catch (const std::exception& e) {
-        say(std::string("a defect of the program: ") + e.what());
-        return exit_defect;
+        return {exit_defect, "defect", std::string("a defect of the program: ") + e.what()};
     }
+}
+
+/// Says what went wrong. Called while an exception is handled.
+inline exit_code say_failure() {
+    const failure what = describe_failure();
+    say(what.text);
+    return what.code;
 }
 
 }  // namespace ldi::examples

@@ -55,8 +55,10 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
 /// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.
-template <class Scalar>
-void check_fits(const image<float>& depth_map, const image<Scalar>& photo, const std::string& where = "depth map") {
+///
+/// photo  an image or a view
+template <class Picture>
+void check_fits(const image<float>& depth_map, const Picture& photo, const std::string& where = "depth map") {
     const auto ratio = [](const auto& picture) {
         return detail::nearest_double(picture.width()) / detail::nearest_double(picture.height());
     };

@@ -1,0 +1,202 @@
+// What photo3d is called with: its options, and what follows from them.
+#pragma once
+
+#include "compression.hpp"
+#include "data_files.hpp"
+#include "option_checks.hpp"
+#include "video.hpp"
+
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo_depth.hpp>
+#include <ldi/networks/farbrausch.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace ldi::examples {
+
+struct arguments {
+    std::vector<std::filesystem::path> photos;  // one; with --batch any number, also folders and lists
+    std::filesystem::path output, html, viewer, depth, depth_model, inpainting_model, stages, report, data, stereo_image, usdz;
+    bool batch = false, skip_existing = false;
+    std::uint64_t memory = 0;  // bytes; 0: half of the machine's
+    depth_map_options depth_map;
+    bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
+    bool takes_depth_of_photo = false;  // set by find_weights()
+    std::size_t long_side = photo3d_options().long_side, threads = 0;
+    float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
+          motion = photo3d_options().expand.motion;
+    int quality = 85;
+    std::string inpaint;  // empty: by the network if its weights are found
+    std::string arithmetic = "float32";
+    video_options video;
+    compression_choice compression;
+
+    ldi::arithmetic inpainting_arithmetic() const {
+        for (const ldi::arithmetic kind : {ldi::arithmetic::float32, ldi::arithmetic::bfloat16, ldi::arithmetic::int8})
+            if (arithmetic == to_string(kind)) return kind;
+        return best_arithmetic();
+    }
+};
+
+inline constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
+inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
+
+/// The options of a run over many photos.
+inline void describe_batch(CLI::App& app, arguments& a) {
+    CLI::Option* batch = app.add_flag(
+        "--batch", a.batch,
+        "many photos in one run: each PHOTO is a photo, a folder of photos, or a list (a name that ends in .jsonl, or - for "
+        "standard input) of lines of JSON, \"me.jpg\" or {\"photo\": \"me.jpg\", \"output\": \"me.glb\"}. -o, --html, --report "
+        "and --depth then name folders. Says a line of JSON per photo; one that fails ends nothing");
+    app.add_flag("--skip-existing", a.skip_existing,
+                 "leave out photos whose outputs are all there; goes on where a run was ended")
+        ->needs(batch);
+    app.add_option("--memory", a.memory,
+                   "what a batch may take, such as 2GB: only as many photos are worked on at once as fit; default: half of the "
+                   "machine's")
+        ->transform(CLI::AsSizeValue(true))
+        ->type_name("SIZE")
+        ->needs(batch);
+}
+
+inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& data) {
+    a.viewer = data / "viewer" / "viewer.html";
+    app.description("Turns a photo into a 3D photo: a GLB file with one textured mesh, and a page that shows it.");
+    app.footer(std::string("Weights that no option names are looked for in the folder that ") + model_folders::variable +
+               " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
+    const CLI::Validator named = examples::named();
+    app.set_version_flag("--version", program_version, "print the version and exit");
+    app.add_option("PHOTO", a.photos,
+                   "JPEG or PNG; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries; - for standard input. "
+                   "With --batch also more of them, folders, lists")
+        ->required()
+        ->check(named);
+    app.add_option(
+           "-o,--output", a.output,
+           "the GLB file to write, - for standard output; default, where no output is named: PHOTO.glb and, if the viewer "
+           "is built, PHOTO.html, beside the photo")
+        ->check(named);
+    app.add_option("--html", a.html, "the HTML file to write: a viewer with the 3D photo in it")->check(named);
+    app.add_option("--viewer", a.viewer, "the viewer for pages, as examples/viewer/build.sh builds it")
+        ->check(named)
+        ->capture_default_str();
+    CLI::Option* depth = app.add_option("--depth", a.depth,
+                                        "depth map of the photo: PNG (8 or 16 bit), JPEG, PFM or NPY; none: let the network "
+                                        "estimate it, also where the photo brings depth of its own");
+    depth->check(named);
+    app.add_option("--depth-kind", a.depth_map.kind, "what the map's values are: disparity (nearness, the default) or meters")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, depth_map_kind>{{"disparity", depth_map_kind::disparity}, {"meters", depth_map_kind::meters}}))
+        ->needs(depth);
+    app.add_option("--depth-scale", a.depth_map.scale, "multiplies the map's values, 0.001 for millimeters")->needs(depth);
+    app.add_flag("--depth-near-is-black", a.near_is_black, "small values of a disparity map are near")->needs(depth);
+    app.add_flag("--depth-zero-is-unknown", a.depth_map.invalid_zero, "0 in the map means that nothing is known")->needs(depth);
+    app.add_flag("--depth-is-inverse", a.is_inverse, "the disparity map is 1 / distance up to scale, without a shift")
+        ->needs(depth);
+    app.add_option("--depth-model", a.depth_model,
+                   "weights of the depth network: a safetensors file, or a folder with tiefenrausch.pb and tiefenrausch_init.pb "
+                   "(the published network); default: see below")
+        ->excludes(depth);
+    app.add_option("--inpainting-model", a.inpainting_model,
+                   "weights (safetensors) of the network that colors hidden surfaces; default: see below");
+    app.add_option("--inpaint", a.inpaint,
+                   "how hidden surfaces get their colors: network (the default where its weights are found) or diffusion")
+        ->check(CLI::IsMember({"diffusion", "network"}));
+    app.add_option(
+           "--arithmetic", a.arithmetic,
+           "what the inpainting network computes with: float32, bfloat16 (faster, on processors that have it), int8 (fastest, "
+           "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
+        ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
+        ->capture_default_str();
+    app.add_option(
+           "--texture", a.texture,
+           "how much of the photo's texture what is inpainted gets, from places of the same surface that look like it; 0 for "
+           "none")
+        ->check(between(0, 4))
+        ->capture_default_str();
+    app.add_option(
+           "--grain", a.grain,
+           "noise over what is inpainted where it gets no texture, relative to the strength of what is fine around; 0 for none")
+        ->check(between(0, 4))
+        ->capture_default_str();
+    app.add_flag("--no-soft-edges", a.hard_edges,
+                 "silhouettes end hard; else they fade out over a pixel or two, by a translucent strip");
+    app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
+        ->check(between(16, 16384))
+        ->capture_default_str();
+    app.add_option("--fov", a.field_of_view,
+                   "field of view over the long side, in degrees; default: from EXIF, else 26 mm equivalent")
+        ->check(between(5, 150));
+    app.add_option(
+           "--motion", a.motion,
+           "how far the camera may go, in the viewer, a headset and videos: what is nearest moves against what is farthest "
+           "by this share of the long side, and surfaces grow behind silhouettes for as much")
+        ->check(between(0, 0.3))
+        ->capture_default_str();
+    app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
+    describe_compression(app, a.compression);
+    app.add_option("--threads", a.threads, "0: as many as the machine has")->check(between(0, 1024))->capture_default_str();
+    app.add_option("--stages", a.stages, "folder for pictures of every stage")->check(named);
+    app.add_option("--report", a.report, "JSON file for the figures of the run")->check(named);
+    describe_video(app, a.video);
+    app.add_option("--stereo-image", a.stereo_image,
+                   "a picture for each eye: .jps, .mpo, or both side by side in .jpg or .png, the left one on the left")
+        ->check(named);
+    app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without a program")->check(named);
+    describe_batch(app, a);
+    app.add_flag("--quiet", a.quiet, "print errors only");
+}
+
+/// Fills in the weights that no option names.
+inline void find_weights(arguments& a, const std::filesystem::path& data) {
+    a.takes_depth_of_photo = a.depth.empty() && a.depth_model.empty();
+    if (a.depth == "none") a.depth.clear();
+    a.data = data;
+    const bool needs_depth = a.depth.empty() && a.depth_model.empty();
+    const bool needs_inpainting = a.inpaint != "diffusion" && a.inpainting_model.empty();
+    if (a.inpaint == "diffusion") a.inpainting_model.clear();
+    if (!needs_depth && !needs_inpainting) return;
+    const model_folders folders(data);
+    const auto missing = [&](const char* options, const char* file) {
+        raise(error_code::invalid_option, "photo3d", std::string(options) + ", or " + file + " in " + folders.text(),
+              "none of these");
+    };
+    if (needs_depth) {
+        a.depth_model = folders.find(depth_weights).value_or("");
+        if (a.depth_model.empty() && !a.takes_depth_of_photo) missing("--depth FILE, or --depth-model PATH", depth_weights);
+    }
+    if (needs_inpainting) {
+        a.inpainting_model = folders.find(inpainting_weights).value_or("");
+        if (a.inpainting_model.empty() && a.inpaint == "network") missing("--inpainting-model FILE", inpainting_weights);
+    }
+}
+
+inline photo3d_options options_for(const arguments& a, const photo_with_depth& input) {
+    const photo& photo = input.photo;
+    photo3d_options options;
+    options.long_side = a.long_side;
+    options.texture.strength = a.texture;
+    options.grain.strength = a.grain;
+    options.expand.motion = a.motion;
+    if (a.hard_edges) options.mesh.soft_edges.least_width = 0.0F;
+    if (photo.focal_length_35mm) options.focal_length_35mm = *photo.focal_length_35mm;
+    if (a.field_of_view > 0.0F) {
+        // The same field of view as a 35 mm equivalent, which is what the options hold.
+        const std::int32_t w = static_cast<std::int32_t>(photo.color.width()),
+                           h = static_cast<std::int32_t>(photo.color.height());
+        options.focal_length_35mm = focal_length_from_field_of_view(a.field_of_view, w, h) / focal_length_from_35mm(1.0F, w, h);
+    }
+    options.normalize.is_metric = input.depth && input.depth->is_metric;
+    options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
+    return options;
+}
+
+}  // namespace ldi::examples

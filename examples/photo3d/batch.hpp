@@ -1,0 +1,292 @@
+// Many photos in one run: `photo3d --batch`. One thread reads files, as many as there are cores convert one photo each, others
+// write, so that no core waits for a disk. Networks are read once. A photo that fails is a line among others.
+#pragma once
+
+#include "arguments.hpp"
+#include "batch_list.hpp"
+#include "batch_log.hpp"
+#include "channel.hpp"
+#include "conversion.hpp"
+#include "interruption.hpp"
+#include "memory_budget.hpp"
+#include "messages.hpp"
+#include "outputs.hpp"
+#include "report.hpp"
+
+#include <ldi/base/executor.hpp>
+#include <ldi/formats/file_set.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <nlohmann/json.hpp>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// One photo on its way.
+struct batch_job {
+    std::size_t index = 0;
+    photo_files names;
+    output_files files;
+    std::vector<std::byte> photo, depth;                                         ///< the files' bytes
+    std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< to be written
+    memory_share memory;                                                         ///< what it holds of the budget
+    nlohmann::ordered_json facts = nlohmann::ordered_json::object();
+    std::optional<failure> failed;
+
+    void make(const std::filesystem::path& name, std::span<const std::byte> bytes) {
+        if (!name.empty()) made.emplace_back(name, std::vector<std::byte>(bytes.begin(), bytes.end()));
+    }
+    void make(const std::filesystem::path& name, const std::string& text) { make(name, std::as_bytes(std::span(text))); }
+};
+
+class batch {
+public:
+    batch(const arguments& a, const networks& by, sets_in_work& sets, const interruption& signals)
+        : arguments_(a),
+          by_(by),
+          sets_(sets),
+          signals_(signals),
+          workers_(a.threads != 0 ? a.threads : std::max(std::thread::hardware_concurrency(), 1U)),
+          log_(batch_list::count(a), a.quiet),
+          ready_(workers_),
+          finished_(4 * workers_) {
+        std::error_code ignored;
+        const bool has_own_names = a.output.empty() && a.html.empty() && a.report.empty();
+        if (!a.html.empty() || (has_own_names && std::filesystem::exists(a.viewer, ignored))) viewer_.emplace(a.viewer);
+        budget_.emplace(a.memory);  // after all that stays
+    }
+
+    /// Converts all; the exit code says whether any failed.
+    exit_code run();
+
+private:
+    using job_pointer = std::unique_ptr<batch_job>;
+
+    void read(batch_list::item item);
+    void work();
+    void convert(batch_job& job);
+    void write();
+    void finish(batch_job& job, outcome what);
+    void stop(const failure& why);
+
+    const arguments& arguments_;
+    const networks& by_;
+    sets_in_work& sets_;
+    const interruption& signals_;
+    std::size_t workers_, next_index_ = 0;
+    batch_log log_;
+    std::optional<viewer_page> viewer_;
+    std::optional<memory_budget> budget_;
+    std::unordered_set<std::size_t> taken_;  // hashes of the names of outputs
+    channel<job_pointer> ready_, finished_;
+    std::mutex mutex_;  // of what follows
+    bool has_failed_ = false, may_succeed_later_ = false, is_defect_ = false;
+    std::optional<failure> end_;
+    std::atomic<bool> is_stopped_{false};
+};
+
+inline exit_code batch::run() {
+    std::vector<std::thread> workers, writers;
+    const auto start = [](std::vector<std::thread>& threads, std::size_t count, auto body) {
+        try {
+            while (threads.size() < count) threads.emplace_back(body);
+        } catch (const std::system_error&) {
+            if (threads.empty()) throw;  // fewer do, too
+        }
+    };
+    const auto end = [&] {
+        ready_.close();
+        for (std::thread& worker : workers) worker.join();
+        finished_.close();
+        for (std::thread& writer : writers) writer.join();
+    };
+    try {
+        start(writers, 1 + workers_ / 4, [this] { write(); });
+        start(workers, workers_, [this] { work(); });
+        batch_list list(arguments_);
+        while (!is_stopped_)
+            if (std::optional<batch_list::item> item = list.next())
+                read(std::move(*item));
+            else
+                break;
+    } catch (...) {
+        stop(describe_failure());
+    }
+    end();
+    log_.finish();
+    if (end_) {
+        signals_.end_if_signaled();
+        say(end_->text);
+        return end_->code;
+    }
+    return is_defect_ ? exit_defect : may_succeed_later_ ? exit_try_again : has_failed_ ? exit_never : exit_done;
+}
+
+/// Checks a photo's names, reads its files once there is room for it, and hands it to who converts.
+inline void batch::read(batch_list::item item) {
+    job_pointer job = std::make_unique<batch_job>();
+    job->index = next_index_++;
+    job->names = std::move(item.names);
+    job->failed = std::move(item.failed);
+    try {
+        if (job->failed) return finish(*job, outcome::failed);
+        photo_files& names = job->names;
+        complete_names(names, arguments_);
+        bool are_there = true;
+        for (const std::filesystem::path& output : {names.glb, names.html, names.report}) {
+            if (output.empty()) continue;
+            if (!taken_.insert(std::hash<std::string>()(std::filesystem::absolute(output).lexically_normal().string())).second)
+                raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
+            are_there = are_there && std::filesystem::is_regular_file(output);
+        }
+        if (are_there && arguments_.skip_existing) return finish(*job, outcome::skipped);
+        check_names(names, arguments_, job->files);
+
+        const auto take = [&](const std::filesystem::path& file) {
+            std::error_code unknown;
+            const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+            if (!unknown) job->memory.grow(*budget_, job->memory.bytes() + static_cast<std::size_t>(size), file.string());
+            return read_file(file);
+        };
+        job->photo = take(names.photo);
+        if (!names.depth.empty()) job->depth = take(names.depth);
+        const std::string photo = names.photo.string();
+        job->memory.grow(*budget_, memory_for(job->photo, job->depth, arguments_, photo), photo);
+        ready_.push(std::move(job));
+    } catch (...) {
+        job->failed = describe_failure();
+        finish(*job, outcome::failed);
+    }
+}
+
+inline void batch::work() {
+    while (std::optional<job_pointer> job = ready_.pop()) {
+        batch_job& one = **job;
+        if (!is_stopped_) {
+            try {
+                budget_->make_room(one.memory.bytes());
+                convert(one);
+            } catch (...) {
+                one.failed = describe_failure();
+                one.made.clear();
+            }
+        }
+        std::vector<std::byte>().swap(one.photo);
+        std::vector<std::byte>().swap(one.depth);
+        std::size_t rest = 0;
+        for (const auto& [name, bytes] : one.made) rest += bytes.size();
+        one.memory.shrink(rest);
+        finished_.push(std::move(*job));
+    }
+}
+
+inline void batch::convert(batch_job& job) {
+    stage_clock clock(true);
+    thread_pool self(1);
+    const photo_files& names = job.names;
+    clock.begin("reading photo");
+    const photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, by_, self);
+    const photo3d made = examples::convert(arguments_, input, by_, clock, self);
+    const encoded_photo3d encoded = encode(made, arguments_, names, clock);
+    const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);
+
+    job.make(names.glb, encoded.glb);
+    if (!names.html.empty()) job.make(names.html, make_page(*viewer_, names, made, encoded));
+    if (!names.report.empty()) job.make(names.report, to_text(report));
+    job.facts["milliseconds"] = report["milliseconds"]["total"];
+    job.facts["width"] = report["width"];
+    job.facts["height"] = report["height"];
+    job.facts["hidden_share"] = report["hidden_pixels"].get<double>() / static_cast<double>(made.photo.size() / 3);
+}
+
+inline void batch::write() {
+    while (std::optional<job_pointer> job = finished_.pop()) {
+        batch_job& one = **job;
+        if (!one.failed && !is_stopped_) {
+            sets_.add(one.files.files());
+            try {
+                for (const auto& [name, bytes] : one.made) one.files.write(name, bytes);
+                one.files.commit();
+            } catch (...) {
+                one.failed = describe_failure();
+            }
+            sets_.remove(one.files.files());
+        }
+        if (!is_stopped_) finish(one, one.failed ? outcome::failed : outcome::converted);
+    }
+}
+
+/// Says what became of a photo.
+inline void batch::finish(batch_job& job, outcome what) {
+    if (job.failed) signals_.end_if_signaled();
+    nlohmann::ordered_json line{{"index", job.index}, {"photo", job.names.photo.string()}};
+    if (job.failed) {
+        const bool may_pass = job.failed->code == exit_try_again;
+        line["error"] = {{"code", job.failed->kind},
+                         {"message", escaped(job.failed->text)},
+                         {"exit_code", static_cast<int>(job.failed->code)},
+                         {"try_again", may_pass}};
+        const std::lock_guard lock(mutex_);
+        has_failed_ = true;
+        may_succeed_later_ = may_succeed_later_ || may_pass;
+        is_defect_ = is_defect_ || job.failed->code == exit_defect;
+    } else {
+        for (const std::filesystem::path& output : {job.names.glb, job.names.html, job.names.report})
+            if (!output.empty()) line["outputs"].push_back(output.string());
+        if (what == outcome::skipped) line["skipped"] = true;
+        line.update(job.facts);
+    }
+    try {
+        log_.say_line(what, line);
+    } catch (...) {
+        stop(describe_failure());
+    }
+}
+
+/// Ends the batch: nobody hears of what comes.
+inline void batch::stop(const failure& why) {
+    const std::lock_guard lock(mutex_);
+    if (!end_) end_ = why;
+    is_stopped_ = true;
+}
+
+/// data  the folder of the program's data
+inline exit_code run_batch(arguments& a, const std::filesystem::path& data) {
+#if defined(__GLIBC__)
+    mallopt(M_ARENA_MAX, 1);  // what one thread gives back serves the others: else each keeps as much as its largest photo took
+#endif
+    sets_in_work sets;
+    const interruption signals([&sets] { sets.discard(); });
+    try {
+        check_batch_options(a);
+        find_weights(a, data);
+        stage_clock clock(true);
+        const networks by = load_networks(a, clock);
+        return batch(a, by, sets, signals).run();
+    } catch (...) {
+        signals.end_if_signaled();
+        return say_failure();
+    }
+}
+
+}  // namespace ldi::examples

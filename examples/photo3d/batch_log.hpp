@@ -1,0 +1,96 @@
+// What a batch says: a line of JSON per photo to standard output, and how far it is to a terminal.
+#pragma once
+
+#include "messages.hpp"
+
+#include <ldi/formats/detail/file_system.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace ldi::examples {
+
+/// What became of a photo.
+enum class outcome : std::size_t { converted, skipped, failed };
+
+/// Every function may be called from any thread.
+class batch_log {
+public:
+    /// total  the number of photos, if that is known
+    batch_log(std::optional<std::size_t> total, bool quiet)
+        : total_(total), quiet_(quiet), is_terminal_(!quiet && isatty(STDERR_FILENO) == 1) {}
+
+    /// Says a photo's line, in one piece. Raises file_access, unavailable: somebody who reads it has gone.
+    void say_line(outcome what, const nlohmann::ordered_json& line) {
+        const std::lock_guard lock(mutex_);
+        if (is_terminal_ && isatty(STDOUT_FILENO) == 1) std::fputs("\r\x1b[K", stderr);
+        const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+        for (std::string_view rest = text; !rest.empty();) {
+            const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) detail::raise_system_error(errno, "standard output", "somebody who reads it");
+            rest.remove_prefix(static_cast<std::size_t>(written));
+        }
+        ++counts_[static_cast<std::size_t>(what)];
+        const clock::time_point now = clock::now();
+        if (!is_terminal_ || now - shown_ < std::chrono::milliseconds(100)) return;
+        shown_ = now;
+        std::fprintf(stderr, "\r%s\x1b[K", progress().c_str());
+    }
+
+    /// The last words.
+    void finish() {
+        const std::lock_guard lock(mutex_);
+        if (quiet_) return;
+        if (is_terminal_) std::fputs("\r\x1b[K", stderr);
+        char text[64];
+        std::snprintf(text, sizeof text, " in %.1f s, %.1f photos/s", seconds(), rate());
+        say(std::to_string(count(outcome::converted)) + " converted, " + std::to_string(count(outcome::skipped)) + " skipped, " +
+            std::to_string(count(outcome::failed)) + " failed" + text);
+    }
+
+private:
+    using clock = std::chrono::steady_clock;
+
+    std::size_t count(outcome what) const { return counts_[static_cast<std::size_t>(what)]; }
+    double seconds() const { return std::chrono::duration<double>(clock::now() - begun_).count(); }
+    double rate() const { return static_cast<double>(count(outcome::converted)) / std::max(seconds(), 1e-3); }
+
+    /// "120 of 1000 photos, 2 failed, 11.3 photos/s, 1:18 left"
+    std::string progress() const {
+        const std::size_t done = counts_[0] + counts_[1] + counts_[2];
+        std::string text = std::to_string(done) + (total_ ? " of " + std::to_string(*total_) : std::string()) + " photos";
+        if (count(outcome::failed) > 0) text += ", " + std::to_string(count(outcome::failed)) + " failed";
+        char number[64];
+        std::snprintf(number, sizeof number, ", %.1f photos/s", rate());
+        text += number;
+        if (total_ && count(outcome::converted) > 0) {
+            const double left = static_cast<double>(*total_ - std::min(done, *total_)) / rate();
+            const long whole = std::lround(std::min(left, 1e8));
+            std::snprintf(number, sizeof number, ", %ld:%02ld:%02ld left", whole / 3600, whole / 60 % 60, whole % 60);
+            text += number;
+        }
+        return text;
+    }
+
+    std::optional<std::size_t> total_;
+    bool quiet_, is_terminal_;
+    clock::time_point begun_ = clock::now(), shown_;
+    std::mutex mutex_;
+    std::array<std::size_t, 3> counts_{};
+};
+
+}  // namespace ldi::examples

@@ -1,0 +1,172 @@
+// From one photo to the bytes of its files: the same for a run over one photo and over many, and so the same bytes.
+#pragma once
+
+#include "arguments.hpp"
+#include "html_page.hpp"
+#include "outputs.hpp"
+#include "report.hpp"
+
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/farbrausch_file.hpp>
+#include <ldi/formats/glb.hpp>
+#include <ldi/formats/photo_depth.hpp>
+#include <ldi/formats/picture.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// What is read once for any number of photos.
+struct networks {
+    std::optional<tiefenrausch> depth;     ///< none where depth is given
+    std::optional<farbrausch> inpainting;  ///< none: diffusion
+};
+
+/// Raises what reading weights raises.
+inline networks load_networks(const arguments& a, stage_clock& clock) {
+    networks loaded;
+    if (!a.inpainting_model.empty()) {
+        clock.begin("reading inpainting network");
+        loaded.inpainting = load_farbrausch(a.inpainting_model, a.inpainting_arithmetic());
+    }
+    if (!a.depth_model.empty()) {
+        clock.begin("reading depth network");
+        loaded.depth = load_depth_network(a.depth_model);
+    }
+    return loaded;
+}
+
+/// The names of what one photo is made from, and becomes. Empty: not asked for.
+struct photo_files {
+    std::filesystem::path photo, depth, glb, html, report;
+    bool are_own = false;  ///< nobody asked for these outputs: they replace only what this program has written
+};
+
+/// Turns a map of which nothing says which end is near as the network sees it; where it sees little, white is near, as is usual.
+template <executor Executor>
+void turn_as_seen(photo_with_depth& input, const networks& by, Executor& threads) {
+    if (!input.depth->is_white_near_a_guess || !by.depth) return;
+    const image<float> estimate = by.depth->disparity(input.photo.color, {}, threads);
+    if (agreement(input.depth->disparity, estimate) > -0.2F) return;
+    turn_round(input.depth->disparity);
+    input.depth->source += ", black is near";
+}
+
+/// The photo with the depth map that is named, or else with its own where it brings any and no option says otherwise.
+///
+/// photo, depth  the files' bytes
+template <executor Executor>
+photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
+                              std::span<const std::byte> depth, const networks& by, Executor& threads) {
+    const std::string name = name_of_input(names.photo), depth_name = name_of_input(names.depth);
+    photo_with_depth input;
+    if (!names.depth.empty()) {
+        depth_map_options options = a.depth_map;
+        options.white_is_near = !a.near_is_black;
+        const bool is_metric = options.kind == depth_map_kind::meters;
+        input.photo = decode_photo(photo, {}, name);
+        input.depth = photo_depth{fill_invalid(decode_depth_map(depth, options, depth_name), depth_name),
+                                  a.is_inverse || is_metric, is_metric, false, depth_name};
+        check_fits(input.depth->disparity, input.photo.color, depth_name);
+        return input;
+    }
+    if (!a.takes_depth_of_photo) {
+        input.photo = decode_photo(photo, {}, name);
+        return input;
+    }
+    const bool has_map_beside = !is_standard(names.photo) && !depth_map_beside(names.photo).empty();
+    input = has_map_beside ? load_photo_with_depth(names.photo) : decode_photo_with_depth(photo, {}, name);
+    if (!input.refused.empty()) say("not used: " + input.refused);
+    if (!input.depth && !by.depth)
+        raise(error_code::invalid_option, "photo3d",
+              std::string("--depth FILE, --depth-model PATH, a photo with depth inside, or ") + depth_weights + " in " +
+                  model_folders(a.data).text(),
+              "none of these");
+    if (!input.depth) return input;
+    input.depth->disparity = fill_invalid(std::move(input.depth->disparity), input.depth->source);
+    turn_as_seen(input, by, threads);
+    return input;
+}
+
+template <executor Executor>
+photo3d convert(const arguments& a, const photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
+    photo3d_options options = options_for(a, input);
+    options.progress = clock.listener();
+    const auto with = [&](const auto& inpainter) {
+        return input.depth ? make_photo3d(input.photo.color, given_disparity{input.depth->disparity}, inpainter, options, threads)
+                           : make_photo3d(input.photo.color, *by.depth, inpainter, options, threads);
+    };
+    return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
+}
+
+/// The bytes of a 3D photo.
+struct encoded_photo3d {
+    std::vector<std::byte> jpeg;  ///< the texture, as it lies in a plain GLB
+    std::vector<std::byte> glb;
+    glb_options facts;  ///< what all files say of the photo
+};
+
+inline encoded_photo3d encode(const photo3d& made, const arguments& a, const photo_files& names, stage_clock& clock) {
+    clock.begin("encoding");
+    encoded_photo3d result;
+    result.jpeg = encode_jpeg(made.atlas.color, a.quality);
+    result.facts.camera = made.layers.camera;
+    result.facts.motion = made.layers.motion;
+    result.facts.range = made.layers.range;
+    if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
+    result.glb = compressed(made, encode_glb(made.mesh, result.jpeg, result.facts), a.quality, a.compression);
+    clock.finish();
+    return result;
+}
+
+/// Names the outputs that follow from the photo's name, where none is asked for.
+inline void name_outputs(photo_files& names, const std::filesystem::path& viewer) {
+    names.glb = std::filesystem::path(names.photo).replace_extension(".glb");
+    std::error_code ignored;
+    if (std::filesystem::exists(viewer, ignored)) names.html = std::filesystem::path(names.photo).replace_extension(".html");
+    names.are_own = true;
+}
+
+/// Says what stands against the names before any work. Raises invalid_option, file_access.
+inline void check_names(const photo_files& names, const arguments& a, output_files& files) {
+    for (const std::filesystem::path& input : {names.photo, names.depth, a.depth_model, a.inpainting_model, a.viewer})
+        files.read_from(input);
+    if (a.takes_depth_of_photo && names.depth.empty()) files.read_from(depth_map_beside(names.photo));
+    if (names.are_own) {
+        check_own(names.glb, R"("generator":"ldi )", "-o");
+        if (!names.html.empty()) check_own(names.html, R"(<script id="photo" type="model/gltf-binary)", "--html");
+    }
+    if (!names.glb.empty()) {
+        files.claim(names.glb);
+        check_glb_name(names.glb);
+    }
+    if (!names.html.empty()) files.claim(names.html);
+    if (!names.report.empty()) files.claim(names.report, true);
+}
+
+/// The figures of a photo that was converted.
+inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
+                                        const arguments& a, const stage_clock& clock) {
+    const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
+                      inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
+    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.jpeg.size());
+}
+
+/// The page that shows a photo.
+inline std::string make_page(const viewer_page& viewer, const photo_files& names, const photo3d& made,
+                             const encoded_photo3d& encoded) {
+    const std::string title = is_standard(names.photo) ? "3D photo" : names.photo.stem().string();
+    return viewer.with_photo(title, made.photo, encoded.glb);
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,256 @@
+"""How photo3d --batch behaves: the same bytes as one by one, a line per photo whatever becomes of it, memory within its bound, and after
+a kill it goes on where it was.
+
+    batch.py PHOTO3D SOURCE_DIR [KILLS]
+
+KILLS (default 6): how often a batch is killed at a random time.
+"""
+import json
+import os
+import pty
+import random
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
+DONE, NEVER, USAGE, TRY_AGAIN = 0, 1, 2, 75
+VIEWER = b"1<title>3D photo</title>2<!-- the photo goes here -->3"
+NETWORK = os.path.join(SOURCE, "tests/formats/files/tiefenrausch_weights.safetensors")
+passed = failed = 0
+
+
+def check(name, is_good, said=""):
+    global passed, failed
+    if is_good:
+        passed += 1
+    else:
+        failed += 1
+        print(f"FAILED {name} {said}")
+
+
+def png(width, height, row):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    channels = len(row(0)) // width
+    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row(y) for y in range(height)))) + chunk(b"IEND", b"")
+
+
+def photo(seed, width=60, height=80):
+    rows = [bytes((60 + 120 * ((x // 5 + y) % 2) + 7 * seed) % 256 for x in range(width) for _ in range(3)) for y in range(2)]
+    return png(width, height, lambda y: rows[y // 5 % 2])
+
+
+def depth(seed, width=60, height=80):
+    row = bytes(40 if x < 20 + 3 * seed else 200 for x in range(width))
+    return png(width, height, lambda y: row)
+
+
+class folder_of_photos:
+    """Photos a.png, b.png, ... in photos/, their depth maps in depth/; the program runs there."""
+
+    def __init__(self, count=5):
+        self.names = [chr(ord("a") + i) for i in range(count)]
+
+    def __enter__(self):
+        self.path = tempfile.mkdtemp()
+        for i, name in enumerate(self.names):
+            self.write(f"photos/{name}.png", photo(i))
+            self.write(f"depth/{name}.png", depth(i))
+        self.write("viewer.html", VIEWER)
+        return self
+
+    def __exit__(self, *_):
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def __truediv__(self, name):
+        return os.path.join(self.path, name)
+
+    def write(self, name, content):
+        os.makedirs(os.path.dirname(self / name), exist_ok=True)
+        with open(self / name, "wb") as out:
+            out.write(content)
+
+    def read(self, name):
+        with open(self / name, "rb") as there:
+            return there.read()
+
+    def list(self, name="."):
+        return sorted(os.listdir(self / name)) if os.path.isdir(self / name) else []
+
+    def run(self, *arguments, program=PROGRAM, **how):
+        return subprocess.run([program, *arguments, "--inpaint", "diffusion", "--viewer", "viewer.html"], cwd=self.path, capture_output=True, timeout=120, **how)
+
+    def batch(self, *arguments, given_depth=True, code=DONE, **how):
+        """Its lines by the photo's name."""
+        result = self.run("--batch", *arguments, *(["--depth", "depth"] if given_depth else []), **how)
+        check(f"--batch {arguments}: exit code {result.returncode}", result.returncode == code, result.stderr)
+        lines = [json.loads(line) for line in result.stdout.decode().splitlines()]
+        check(f"--batch {arguments}: indices", sorted(line["index"] for line in lines) == list(range(len(lines))), lines)
+        self.said = result.stderr.decode()
+        return {line["photo"]: line for line in lines}
+
+
+def is_whole_glb(data):
+    return data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
+
+
+def the_same_bytes():
+    with folder_of_photos() as f:
+        for name in f.names:
+            f.run(f"photos/{name}.png", "--depth", f"depth/{name}.png", "-o", f"{name}.glb", "--html", f"{name}.html", "--quiet")
+        lines = f.batch("photos", "-o", "out", "--html", "pages", "--report", "reports", "--threads", "3")
+        check("a line per photo", sorted(lines) == [f"photos/{name}.png" for name in f.names], lines)
+        for name in f.names:
+            check(f"{name}.glb is the same", f.read(f"out/{name}.glb") == f.read(f"{name}.glb"))
+            check(f"{name}.html is the same", f.read(f"pages/{name}.html") == f.read(f"{name}.html"))
+            line, report = lines[f"photos/{name}.png"], json.loads(f.read(f"reports/{name}.json"))
+            check(f"{name}: outputs", line["outputs"] == [f"out/{name}.glb", f"pages/{name}.html", f"reports/{name}.json"], line)
+            check(f"{name}: hidden share", abs(line["hidden_share"] - report["hidden_pixels"] / (60 * 80)) < 1e-9 and line["hidden_share"] > 0, line)
+            check(f"{name}: milliseconds", line["milliseconds"] == report["milliseconds"]["total"] > 0, line)
+        check("it says how many", "5 converted, 0 skipped, 0 failed" in f.said, f.said)
+        check("no carriage return where no terminal is", "\r" not in f.said)
+    with folder_of_photos(2) as f:
+        f.run("photos/a.png", "--depth-model", NETWORK, "-o", "a.glb", "--quiet")
+        f.batch("photos/a.png", "photos/b.png", "--depth-model", NETWORK, "-o", "out", "--quiet", given_depth=False)
+        check("the same by a network", f.read("out/a.glb") == f.read("a.glb"))
+        check("beside the photo nothing", f.list("photos") == ["a.png", "b.png"] and f.said == "")
+        f.batch("photos", "--depth-model", NETWORK, given_depth=False)
+        check("where no output is named", f.list("photos") == ["a.glb", "a.html", "a.png", "b.glb", "b.html", "b.png"], f.list("photos"))
+
+
+def lists():
+    with folder_of_photos() as f:
+        whole = [{"photo": "photos/a.png", "output": "out/1.glb", "report": "out/1.json"}, {"photo": "photos/b.png", "depth": "depth/c.png", "output": "out/2.glb"}, "photos/c.png"]
+        text = "\n".join(json.dumps(line) for line in whole) + "\n\n"
+        os.mkdir(f / "out")
+        f.write("list.jsonl", text.encode())
+        lines = f.batch("list.jsonl", "-o", "rest")
+        check("a list", f.list("out") == ["1.glb", "1.json", "2.glb"] and f.list("rest") == ["c.glb"], lines)
+        f.run("photos/b.png", "--depth", "depth/c.png", "-o", "b.glb")
+        check("a depth map in a list", f.read("out/2.glb") == f.read("b.glb"))
+        f.batch("-", "photos/d.png", "-o", "again", input=b'"photos/a.png"\n{"photo": "photos/b.png"}')
+        check("standard input, and photos beside", f.list("again") == ["a.glb", "b.glb", "d.glb"])
+        bad = [b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}']
+        lines = subprocess.run([PROGRAM, "--batch", "-", "--depth", "depth", "-o", "bad"], cwd=f.path, input=b"\n".join([*bad, b'"photos/e.png"']), capture_output=True)
+        lines = [json.loads(line) for line in lines.stdout.splitlines()]
+        errors = [line["error"] for line in lines if "error" in line]
+        check("lines that are none", [e["code"] for e in errors] == ["invalid data"] * len(bad), errors)
+        check("a message names the line", "standard input, line 2" in errors[1]["message"], errors)
+        check("and the photo behind them", f.list("bad") == ["e.glb"])
+
+
+def bad_photos():
+    with folder_of_photos() as f:
+        f.write("photos/cut.png", photo(1)[:200])
+        f.write("photos/empty.jpg", b"")
+        f.write("photos/gone/hidden.png", b"")
+        f.write("photos/.hidden.png", b"")
+        for name in ("cut", "empty"):
+            f.write(f"depth/{name}.png", depth(1))
+        shutil.copy(f / "photos/a.png", f / "photos/lonely.png")
+        lines = f.batch("photos", "nowhere", "none.jsonl", "-o", "out", code=NEVER)
+        check("every other photo", f.list("out") == [f"{name}.glb" for name in f.names], f.list("out"))
+        errors = {name: line["error"] for name, line in lines.items() if "error" in line}
+        check("the bad ones", {name: e["code"] for name, e in errors.items()} == {"photos/cut.png": "invalid data", "photos/empty.jpg": "invalid data", "photos/lonely.png": "file access", "nowhere": "file access", "none.jsonl": "file access"}, errors)
+        check("none can succeed later", all(not e["try_again"] and e["exit_code"] == NEVER for e in errors.values()), errors)
+        lines = f.batch("photos/a.png", "photos/b.png", "photos/../photos/a.png", "-o", "out", code=NEVER)
+        check("a photo that is named twice", [line.get("error", {}).get("code") for line in sorted(lines.values(), key=lambda line: line["index"])] == [None, None, "invalid option"], lines)
+        os.mkdir(f / "full")
+        os.symlink("/dev/full", f / "full/a.glb")
+        lines = f.batch("photos/a.png", "photos/b.png", "-o", "full", code=TRY_AGAIN)
+        check("what may succeed later", lines["photos/a.png"]["error"]["try_again"] and "outputs" in lines["photos/b.png"], lines)
+        f.write("photos/b.html", b"another's page")
+        os.rename(f / "viewer.html", f / "none.html")
+        f.write("photos/c.glb", b"another's")
+        lines = f.batch("photos/b.png", "photos/c.png", code=NEVER)
+        check("a file of somebody else's", "error" in lines["photos/c.png"] and f.read("photos/c.glb") == b"another's" and "error" not in lines["photos/b.png"], lines)
+    with folder_of_photos(2) as f:
+        for name, arguments, words in (
+            ("two photos, no batch", ["photos/a.png", "photos/b.png"], "--batch"),
+            ("skipping without a batch", ["photos/a.png", "--skip-existing"], "--batch"),
+            ("stages of many", ["--batch", "photos", "--stages", "s"], "--stages"),
+            ("a video of many", ["--batch", "photos", "--video", "v.mp4"], "--video"),
+            ("standard output", ["--batch", "photos", "-o", "-"], "folder"),
+            ("no size", ["--batch", "photos", "--memory", "much"], "--memory"),
+        ):
+            result = f.run(*arguments, "--depth", "depth")
+            check(f"{name}: {result.returncode}", result.returncode == USAGE and words in result.stderr.decode() and not result.stdout, result.stderr)
+        result = f.run("--batch", "photos", "--depth", "depth", "-o", "viewer.html")
+        check("a file for a folder", result.returncode == NEVER, result.stderr)
+        reader = subprocess.Popen(["sh", "-c", '"$@" | true', "sh", PROGRAM, "--batch", "photos", "--depth", "depth", "--inpaint", "diffusion", "-o", "out", "--quiet"], cwd=f.path, stderr=subprocess.PIPE)
+        check("a reader that goes away: no crash", b"photo3d: standard output" in reader.communicate()[1] or f.list("out") == ["a.glb", "b.glb"])
+
+
+def memory():
+    with folder_of_photos(2) as f:
+        for i in range(6):
+            f.write(f"large/{i}.png", photo(i, 1200, 900))
+            f.write(f"depth/{i}.png", depth(i, 1200, 900))
+        f.write("large/7.png", png(9000, 9000, lambda y: bytes(9000)))
+        f.write("depth/7.png", depth(7, 100, 100))
+        lines = f.batch("large", "-o", "out", "--report", "reports", "--memory", "250MB", "--threads", "4", code=NEVER)
+        check("photos that fit", f.list("out") == [f"{i}.glb" for i in range(6)], lines)
+        check("a photo that does not", lines["large/7.png"]["error"]["code"] == "too large" and "250 MB" in lines["large/7.png"]["error"]["message"], lines["large/7.png"])
+        if b"AddressSanitizer" not in open(PROGRAM, "rb").read():  # which takes memory of its own
+            peak = max(json.loads(f.read(f"reports/{i}.json"))["peak_memory_bytes"] for i in range(6))
+            check(f"the peak, {peak} bytes", peak < 250_000_000)
+
+
+def kills():
+    """Ended at any time and called again: each photo is there once and whole, and nothing else."""
+    random.seed(2)
+    with folder_of_photos(16) as f:
+        command = ["photos", "-o", "out", "--html", "out", "--skip-existing"]
+        begin = time.monotonic()
+        f.batch(*command)
+        duration = time.monotonic() - begin
+        expected = {name: f.read(f"out/{name}") for name in f.list("out")}
+        check("all files", len(expected) == 32 and all(is_whole_glb(data) for name, data in expected.items() if name.endswith(".glb")))
+        early = 0
+        for i in range(KILLS):
+            shutil.rmtree(f / "out")
+            number = (signal.SIGKILL, signal.SIGTERM)[i % 2]
+            process = subprocess.Popen([PROGRAM, "--batch", *command, "--depth", "depth", "--inpaint", "diffusion", "--viewer", "viewer.html"], cwd=f.path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            time.sleep(random.uniform(0, 1.2 * duration))
+            process.send_signal(number)
+            first, said = process.communicate()
+            early += process.returncode == -number
+            check(f"kill {i}: {process.returncode}, says {said}", process.returncode == DONE or (process.returncode == -number and said == b""))
+            left = [name for name in f.list("out") if name.startswith(".ldi")]
+            check(f"kill {i}: leaves {left}", number == signal.SIGKILL or not left)
+            check(f"kill {i}: what is there is whole", all(f.read(f"out/{name}") == expected[name] for name in f.list("out") if not name.startswith(".ldi")))
+            lines = f.batch(*command)
+            check(f"kill {i}: all is there after", {name: f.read(f"out/{name}") for name in f.list("out")} == expected, f.list("out"))
+            before = {json.loads(line)["photo"] for line in first.decode().splitlines() if line.endswith("}")}
+            again = {name for name, line in lines.items() if "skipped" not in line}
+            check(f"kill {i}: none is converted twice", len(lines) == 16 and not before & again, before & again)
+        print(f"{KILLS} kills at random times of {duration:.2f} s: {early} before the end")
+
+
+def terminal():
+    with folder_of_photos(3) as f:
+        leader, follower = pty.openpty()
+        result = subprocess.Popen([PROGRAM, "--batch", "photos", "--depth", "depth", "--inpaint", "diffusion", "-o", "out"], cwd=f.path, stdout=subprocess.PIPE, stderr=follower)
+        lines = result.communicate()[0]
+        os.close(follower)
+        said = os.read(leader, 65536).decode()
+        os.close(leader)
+        check("progress on a terminal", "1 of 3 photos" in said and "photos/s" in said and " left" in said, said)
+        check("lines of JSON beside it", len([json.loads(line) for line in lines.splitlines()]) == 3)
+
+
+for part in (the_same_bytes, lists, bad_photos, memory, kills, terminal):
+    begin = time.monotonic()
+    part()
+    print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")
+print(f"{passed} passed, {failed} failed")
+sys.exit(1 if failed else 0)
