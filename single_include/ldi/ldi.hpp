@@ -19344,22 +19344,6 @@ private:
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// Text as a JSON string.
-inline std::string json_string(std::string_view text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        constexpr char digits[] = "0123456789abcdef";
-        const unsigned code = static_cast<unsigned char>(c);
-        if (code < 32 || code == 127) {
-            result += std::string("\\u00") + digits[code / 16] + digits[code % 16];
-            continue;
-        }
-        if (c == '"' || c == '\\') result += '\\';
-        result += c;
-    }
-    return result + '"';
-}
-
 /// The columns of a mesh or strip as they stand in the file, in an order that aligns each to its scalars without padding.
 template <class Mesh>
 struct geometry {
@@ -20067,6 +20051,22 @@ inline void add_camera(json_text& json, const pinhole_camera& photo, const conte
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
     json.add(R"(,"yfov":)", 2 * std::atan(0.5 * photo.height / double{photo.focal_length}));
     json.add(R"(,"zfar":)", z_far, R"(,"znear":)", z_near, R"(},"type":"perspective"}],)");
+}
+
+/// Text as a JSON string.
+inline std::string json_string(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        constexpr char digits[] = "0123456789abcdef";
+        const unsigned code = static_cast<unsigned char>(c);
+        if (code < 32 || code == 127) {
+            result += std::string("\\u00") + digits[code / 16] + digits[code % 16];
+            continue;
+        }
+        if (c == '"' || c == '\\') result += '\\';
+        result += c;
+    }
+    return result + '"';
 }
 
 /// What viewers and people may want to know and glTF has no place for, if anything.
