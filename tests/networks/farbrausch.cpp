@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 
@@ -274,12 +275,13 @@ TEST_CASE("on layered images of every kind the network computes what its descrip
 }
 
 TEST_CASE("full-size PartialConv has the paper's 32.85 million weights and 37.97 billion multiplications at 512 x 512") {
-    std::size_t weights = 0, biases = 0, multiplications = 0;
+    std::size_t weights = 0, biases = 0;
+    std::uint64_t multiplications = 0;
     for_each_layer(partial_convolution_architecture(), [&](const std::string&, std::size_t level, std::size_t stride,
                                                            std::size_t k, std::size_t inputs, std::size_t outputs) {
         const std::size_t side = (std::size_t{512} >> level) / stride;
         weights += outputs * inputs * k * k, biases += outputs;
-        multiplications += side * side * outputs * inputs * k * k;
+        multiplications += std::uint64_t{side * side} * (outputs * inputs * k * k);
     });
     CHECK(weights == 32'848'849);
     CHECK(biases == 5'507);
