@@ -159,19 +159,17 @@ struct texel_grid {
 };
 
 /// The coarsest such grid, of whole, half, quarter and eighth texels. None where the coordinates lie on none of them.
-inline std::optional<texel_grid> find_texel_grid(std::span<const primitive_geometry> all, std::size_t width, std::size_t height) {
+inline std::optional<texel_grid> find_texel_grid(const primitive_geometry& g, std::size_t width, std::size_t height) {
     for (std::size_t parts = 1; parts <= 8; parts *= 2) {
         const texel_grid grid{{static_cast<float>(parts * width), static_cast<float>(parts * height)}};
         if (std::max(grid.parts[0], grid.parts[1]) > 65535.0F) break;
-        const auto is_on_grid = [&](const primitive_geometry& g) {
-            for (std::size_t i = 0; i < g.texture_coordinates.size(); ++i) {
-                const std::uint16_t normalized = g.texture_coordinates[i];
-                const float back = static_cast<float>(grid.place(normalized, i % 2)) / grid.parts[i % 2] * 65535.0F;
-                if (std::abs(back - static_cast<float>(normalized)) > 0.52F) return false;
-            }
-            return true;
-        };
-        if (std::all_of(all.begin(), all.end(), is_on_grid)) return grid;
+        bool is_on_grid = true;
+        for (std::size_t i = 0; i < g.texture_coordinates.size() && is_on_grid; ++i) {
+            const std::uint16_t normalized = g.texture_coordinates[i];
+            const float back = static_cast<float>(grid.place(normalized, i % 2)) / grid.parts[i % 2] * 65535.0F;
+            is_on_grid = std::abs(back - static_cast<float>(normalized)) <= 0.52F;
+        }
+        if (is_on_grid) return grid;
     }
     return std::nullopt;
 }

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -45,13 +46,16 @@ public:
     mesh_packer(glb_json& content, glb_packer& packer, float precision)
         : json_(content), packer_(packer), precision_(precision) {}
 
-    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, const std::optional<texel_grid>& texels) {
+    /// width, height  of the texture
+    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, std::size_t width, std::size_t height) {
         const std::optional<position_grid> grid = find_grid(geometries, precision_);
         for (std::size_t i = 0; i < geometries.size(); ++i) {
             primitive_geometry& g = geometries[i];
             glb_json& primitive = mesh.at("primitives").at(i);
             sort_for_compression(g);
             put(primitive["attributes"]["POSITION"], position_accessor(g, grid));
+            const std::optional<texel_grid> texels = has_own_material(mesh, i) ? find_texel_grid(g, width, height) : std::nullopt;
+            if (texels) scale_texture(primitive.at("material"), *texels);
             put(primitive["attributes"]["TEXCOORD_0"], texture_accessor(g, texels));
             if (!g.colors.empty())
                 put(primitive["attributes"]["COLOR_0"],
@@ -69,11 +73,28 @@ public:
         }
     }
 
-    bool uses_quantization = false;
+    bool uses_quantization = false, uses_texels = false;
 
 private:
-    /// Replaces the accessor of that number, which no other primitive has.
-    void put(const glb_json& index, const glb_json& accessor) { json_.at("accessors").at(index.get<std::size_t>()) = accessor; }
+    static bool has_own_material(const glb_json& mesh, std::size_t primitive) {
+        const glb_json& all = mesh.at("primitives");
+        return std::count_if(all.begin(), all.end(), [&](const glb_json& other) {
+                   return other.at("material") == all.at(primitive).at("material");
+               }) == 1;
+    }
+
+    void scale_texture(const glb_json& material, const texel_grid& texels) {
+        uses_texels = true;
+        glb_json& texture =
+            json_.at("materials").at(material.get<std::size_t>()).at("pbrMetallicRoughness").at("baseColorTexture");
+        texture["extensions"]["KHR_texture_transform"]["scale"] = {1.0 / double{texels.parts[0]}, 1.0 / double{texels.parts[1]}};
+    }
+
+    /// Replaces the accessor of that number.
+    void put(const glb_json& index, const glb_json& accessor) {
+        if (!replaced_.insert(index.get<std::size_t>()).second) raise_other_glb("primitives that share an accessor");
+        json_.at("accessors").at(index.get<std::size_t>()) = accessor;
+    }
 
     glb_json accessor(const compressed_stream& stream, int component_type, const char* type,
                       const glb_json& more = glb_json::object()) {
@@ -112,6 +133,7 @@ private:
     glb_json& json_;
     glb_packer& packer_;
     float precision_;
+    std::set<std::size_t> replaced_;
 };
 
 /// Puts the texture, or textures, into the file; its extensions into the lists.
@@ -142,17 +164,11 @@ inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const
 
     std::vector<std::string> used, required{"EXT_meshopt_compression"};
     const ldi::detail::picture_header picture = ldi::detail::read_picture_header(texture, "texture");
-    const std::optional<texel_grid> texels = find_texel_grid(geometries, picture.width, picture.height);
     glb_packer packer;
     mesh_packer geometry(content, packer, options.precision);
-    geometry.pack(mesh, geometries, texels);
+    geometry.pack(mesh, geometries, picture.width, picture.height);
     if (geometry.uses_quantization) required.push_back("KHR_mesh_quantization");
-    if (texels) {
-        required.push_back("KHR_texture_transform");
-        for (glb_json& material : content.at("materials"))
-            material.at("pbrMetallicRoughness").at("baseColorTexture")["extensions"]["KHR_texture_transform"]["scale"] = {
-                1.0 / double{texels->parts[0]}, 1.0 / double{texels->parts[1]}};
-    }
+    if (geometry.uses_texels) required.push_back("KHR_texture_transform");
     pack_texture(content, packer, texture, options, used, required);
 
     content["bufferViews"] = packer.views;

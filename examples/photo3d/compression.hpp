@@ -47,24 +47,31 @@ inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #endif
 }
 
-/// The GLB that is written: the plain one, or a compressed one.
+/// The GLB that is written.
+struct written_glb {
+    std::vector<std::byte> file;
+    std::size_t texture_bytes;  ///< of these
+};
+
+/// The plain GLB, or a compressed one.
 ///
+/// texture  the plain one's
 /// quality  of the plain one's JPEG texture, 1 to 100
-inline std::vector<std::byte> compressed([[maybe_unused]] const photo3d& result, std::span<const std::byte> plain,
-                                         [[maybe_unused]] int quality, const compression_choice& c) {
+inline written_glb compressed([[maybe_unused]] const photo3d& result, std::span<const std::byte> plain,
+                              std::span<const std::byte> texture, [[maybe_unused]] int quality, const compression_choice& c) {
     check_compression(c);
-    if (!c.is_wanted) return {plain.begin(), plain.end()};
+    if (!c.is_wanted) return {{plain.begin(), plain.end()}, texture.size()};
 #if defined(LDI_WITH_COMPRESSION)
-    // A tenth of a pixel can't be seen: pictures differ by more than the texture's JPEG or WebP does only from 0.3 pixels on.
+    // A tenth of a pixel: pictures are like the plain file's at 50 dB, where the texture's JPEG or WebP alone costs more.
     compression_options options;
     options.precision = 0.1F / result.layers.camera.focal_length;
     std::vector<std::byte> webp;
     if (c.texture != "jpeg") {
-        // On libwebp's scale the same error, to half a decibel: see README.md.
+        // On libwebp's scale about the same error: see README.md.
         webp = encode_webp(result.atlas.color, static_cast<float>(std::max(quality - 3, 1)));
         options.webp = webp, options.keeps_texture = c.texture == "both";
     }
-    return compress_glb(plain, options);
+    return {compress_glb(plain, options), webp.size() + (c.texture == "webp" ? 0 : texture.size())};
 #endif
 }
 

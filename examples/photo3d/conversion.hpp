@@ -113,7 +113,8 @@ photo3d convert(const arguments& a, const photo_with_depth& input, const network
 struct encoded_photo3d {
     std::vector<std::byte> jpeg;  ///< the texture, as it lies in a plain GLB
     std::vector<std::byte> glb;
-    glb_options facts;  ///< what all files say of the photo
+    std::size_t texture_bytes = 0;  ///< of the GLB's
+    glb_options facts;              ///< what all files say of the photo
 };
 
 inline encoded_photo3d encode(const photo3d& made, const arguments& a, const photo_files& names, stage_clock& clock) {
@@ -124,7 +125,9 @@ inline encoded_photo3d encode(const photo3d& made, const arguments& a, const pho
     result.facts.motion = made.layers.motion;
     result.facts.range = made.layers.range;
     if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
-    result.glb = compressed(made, encode_glb(made.mesh, result.jpeg, result.facts), a.quality, a.compression);
+    written_glb written =
+        compressed(made, encode_glb(made.mesh, result.jpeg, result.facts), result.jpeg, a.quality, a.compression);
+    result.glb = std::move(written.file), result.texture_bytes = written.texture_bytes;
     clock.finish();
     return result;
 }
@@ -159,7 +162,7 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
                                         const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.jpeg.size());
+    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.texture_bytes);
 }
 
 /// The page that shows a photo.

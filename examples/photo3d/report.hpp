@@ -98,7 +98,7 @@ inline std::size_t layer_count(const graph& g) {
 /// texture, grain     their strengths over what was inpainted
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
                                           const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          std::size_t jpeg_bytes) {
+                                          std::size_t texture_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -122,7 +122,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["atlas_fill"] = result.atlas.fill;
     report["vertices"] = result.mesh.vertex_count();
     report["triangles"] = result.mesh.triangle_count();
-    report["jpeg_bytes"] = jpeg_bytes;
+    report["texture_bytes"] = texture_bytes;
     report["glb_bytes"] = glb_bytes;
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
@@ -162,7 +162,7 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     line("depth from", escaped(report["depth"].get<std::string>()));
     line("inpainting by", escaped(report["inpainting"].get<std::string>()));
     line("triangles", number("triangles") + ", " + number("vertices") + " vertices");
-    line("bytes", number("glb_bytes") + ", " + number("jpeg_bytes") + " of them texture");
+    line("bytes", number("glb_bytes") + ", " + number("texture_bytes") + " of them texture");
     line("peak memory", std::to_string(report["peak_memory_bytes"].get<std::size_t>() / 1'000'000) + " MB");
     return table;
 }

@@ -74,7 +74,9 @@ byte_string with_strip(const byte_string& file, std::vector<std::uint16_t>& tria
     for (std::size_t i = 3; i < colors.size(); i += 4) colors[i] = static_cast<std::uint8_t>(random() % 256);
     triangles.resize(300);
     for (std::uint16_t& i : triangles) i = static_cast<std::uint16_t>(random() % count);
-    packer.add(parts.view(0)), packer.add(parts.view(1));
+    std::vector<std::byte> coordinates(parts.view(1).begin(), parts.view(1).end());
+    coordinates[0] = std::byte{1};  // between texels
+    packer.add(parts.view(0)), packer.add(coordinates);
     packer.add(std::as_bytes(std::span(colors))), packer.add(std::as_bytes(std::span(triangles)));
     for (std::size_t i = 0; i < 2; ++i) {
         json["accessors"].push_back(nlohmann::json(json["accessors"][i]));
@@ -197,6 +199,8 @@ TEST_CASE("translucent triangles keep their order and their colors") {
     const byte_string plain = with_strip(plain_glb(mesh), triangles), file = examples::compress_glb(plain);
     const viewed_glb seen(file), before(plain);
     check_same(seen.mesh(0), mesh, 5.1e-5F);
+    CHECK(seen.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"].count("extensions") == 1);
+    CHECK(seen.json["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"].count("extensions") == 0);
     const std::vector<std::array<point, 3>> found = corners(seen.mesh(1)), expected = corners(before.mesh(1));
     REQUIRE(found.size() == 100);
     for (std::size_t i = 0; i < 100; ++i)
@@ -248,6 +252,11 @@ TEST_CASE("what is no GLB file of ours is refused, and damage is no crash") {
         CHECK(raised([&] { examples::compress_glb(std::span(plain).first(length)); }) == error_code::invalid_data);
     const byte_string twice = examples::compress_glb(plain);
     CHECK(raised([&] { examples::compress_glb(twice); }) == error_code::invalid_data);
+    nlohmann::json shared = viewed_glb(plain).json;
+    shared["meshes"][0]["primitives"].push_back(nlohmann::json(shared["meshes"][0]["primitives"][0]));
+    const byte_string sharing =
+        examples::put_together(shared, {viewed_glb(plain).binary.begin(), viewed_glb(plain).binary.end()});
+    CHECK_THAT(message_of([&] { examples::compress_glb(sharing); }), Catch::Contains("share"));
     std::mt19937 random(4);
     for (int i = 0; i < 300; ++i) {
         byte_string damaged = plain;
