@@ -158,12 +158,11 @@ inline void batch::read(batch_list::item item) {
             if (!taken_.insert(std::hash<std::string>()(std::filesystem::absolute(output).lexically_normal().string())).second)
                 raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
             are_there = are_there && std::filesystem::is_regular_file(output);
+            if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
+                detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
         }
         if (are_there && arguments_.skip_existing) return finish(*job, outcome::skipped);
         check_names(names, arguments_, job->files);
-        for (const std::filesystem::path& output : {names.glb, names.html, names.report})  // a folder is looked through once
-            if (!output.empty() && folders_.insert(output.parent_path().string()).second)
-                detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
         job->files.files().leave_abandoned();
 
         const auto take = [&](const std::filesystem::path& file) {
