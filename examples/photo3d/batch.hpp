@@ -56,7 +56,6 @@ struct batch_job {
     void make(const std::filesystem::path& name, std::span<const std::byte> bytes) {
         if (!name.empty()) made.emplace_back(name, std::vector<std::byte>(bytes.begin(), bytes.end()));
     }
-    void make(const std::filesystem::path& name, const std::string& text) { make(name, std::as_bytes(std::span(text))); }
 };
 
 class batch {
@@ -97,7 +96,8 @@ private:
     batch_log log_;
     std::optional<viewer_page> viewer_;
     std::optional<memory_budget> budget_;
-    std::unordered_set<std::size_t> taken_;  // hashes of the names of outputs
+    std::unordered_set<std::size_t> taken_;    // hashes of the names of outputs
+    std::unordered_set<std::string> folders_;  // that outputs lie in
     channel<job_pointer> ready_, finished_;
     std::mutex mutex_;  // of what follows
     bool has_failed_ = false, may_succeed_later_ = false, is_defect_ = false;
@@ -121,7 +121,7 @@ inline exit_code batch::run() {
         for (std::thread& writer : writers) writer.join();
     };
     try {
-        start(writers, 1 + workers_ / 4, [this] { write(); });
+        start(writers, std::max<std::size_t>(workers_, 4), [this] { write(); });  // which mostly wait for the disk
         start(workers, workers_, [this] { work(); });
         batch_list list(arguments_);
         while (!is_stopped_)
@@ -158,9 +158,12 @@ inline void batch::read(batch_list::item item) {
             if (!taken_.insert(std::hash<std::string>()(std::filesystem::absolute(output).lexically_normal().string())).second)
                 raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
             are_there = are_there && std::filesystem::is_regular_file(output);
+            if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
+                detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
         }
         if (are_there && arguments_.skip_existing) return finish(*job, outcome::skipped);
         check_names(names, arguments_, job->files);
+        job->files.files().leave_abandoned();
 
         const auto take = [&](const std::filesystem::path& file) {
             std::error_code unknown;
@@ -191,8 +194,7 @@ inline void batch::work() {
                 one.made.clear();
             }
         }
-        std::vector<std::byte>().swap(one.photo);
-        std::vector<std::byte>().swap(one.depth);
+        one.photo = std::vector<std::byte>(), one.depth = std::vector<std::byte>();
         std::size_t rest = 0;
         for (const auto& [name, bytes] : one.made) rest += bytes.size();
         one.memory.shrink(rest);
@@ -211,11 +213,11 @@ inline void batch::convert(batch_job& job) {
     const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);
 
     job.make(names.glb, encoded.glb);
-    if (!names.html.empty()) job.make(names.html, make_page(*viewer_, names, made, encoded));
-    if (!names.report.empty()) job.make(names.report, to_text(report));
+    const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };
+    if (!names.html.empty()) job.make(names.html, bytes(make_page(*viewer_, names, made, encoded)));
+    job.make(names.report, bytes(to_text(report)));
     job.facts["milliseconds"] = report["milliseconds"]["total"];
-    job.facts["width"] = report["width"];
-    job.facts["height"] = report["height"];
+    job.facts["width"] = report["width"], job.facts["height"] = report["height"];
     job.facts["hidden_share"] = report["hidden_pixels"].get<double>() / static_cast<double>(made.photo.size() / 3);
 }
 

@@ -124,6 +124,21 @@ TEST_CASE("an input, another output, and nothing are no outputs, under whatever 
     CHECK(state_of(folder / "") == before);
 }
 
+TEST_CASE("what killed processes left is removed by the next set, unless that is told to leave it") {
+    const scratch_folder folder;
+    fs::create_directory(folder / ".ldi-0123.tmp");
+    write_file(folder / ".ldi-0123.tmp/0", bytes_of("half"));  // whose folder is another
+    {
+        file_set files;
+        files.leave_abandoned();
+        files.write(folder / "a", bytes_of("new"));
+        files.commit();
+    }
+    CHECK(fs::exists(folder / ".ldi-0123.tmp/0"));
+    write_file(folder / "a", bytes_of("newer"));
+    CHECK(folder.file_count() == 1);
+}
+
 TEST_CASE("what stands against an output is heard when it is claimed, and claiming leaves nothing") {
     const scratch_folder folder;
     fs::create_directory(folder / "sub");

@@ -34,11 +34,13 @@ public:
     file_set& operator=(const file_set&) = delete;
     ~file_set() { discard(); }
 
+    /// Does not look for what killed processes left where it writes, which takes the longer the more files are there.
+    void leave_abandoned() { removes_abandoned_ = false; }
+
     /// Names a file that is read, and so none to write to; does nothing where there is no such file.
     void protect(const std::filesystem::path& input);
 
     /// Names a file that will be written, to hear before the work what stands against it.
-    ///
     /// Raises invalid_option for an empty name, and for a file that is protected or claimed already, under whatever name;
     /// file_access.
     void claim(const std::filesystem::path& target);
@@ -70,7 +72,6 @@ private:
         std::vector<std::byte> bytes;  ///< for way::direct
         bool is_staged = false, is_placed = false, is_old_kept = false;
     };
-
     static entry inspect(const std::filesystem::path& target);
     static std::vector<std::string> identities(const std::filesystem::path& file);
     entry& add(const std::filesystem::path& target);
@@ -84,13 +85,12 @@ private:
     void refuse_if_discarded() const {
         if (is_discarded_) raise(error_code::canceled, "file_set", "to write files", "a request to stop");
     }
-
     std::mutex mutex_;
     std::map<std::string, std::filesystem::path> taken_;  // by what files are known by: identities()
     std::vector<entry> entries_;
     std::vector<detail::staging_folder> stagings_;
     std::vector<std::filesystem::path> new_folders_;
-    bool is_discarded_ = false;
+    bool is_discarded_ = false, removes_abandoned_ = true;
 };
 
 namespace detail {
@@ -179,7 +179,7 @@ inline file_set::entry& file_set::stage(const std::filesystem::path& target) {
         const std::filesystem::path folder = e.place.parent_path();
         e.staging = 0;
         while (e.staging < stagings_.size() && stagings_[e.staging].beside != folder) ++e.staging;
-        if (e.staging == stagings_.size()) stagings_.push_back(detail::make_staging_folder(folder));
+        if (e.staging == stagings_.size()) stagings_.push_back(detail::make_staging_folder(folder, removes_abandoned_));
         e.name = std::to_string(index);
     }
     e.is_staged = true;

@@ -52,8 +52,8 @@ inline void remove_abandoned(const std::filesystem::path& folder) {
 }
 
 /// Makes one in a folder. Raises file_access, unavailable.
-inline staging_folder make_staging_folder(const std::filesystem::path& beside) {
-    remove_abandoned(beside);
+inline staging_folder make_staging_folder(const std::filesystem::path& beside, bool removes_abandoned) {
+    if (removes_abandoned) remove_abandoned(beside);
     std::random_device random;
     for (;;) {
         const std::uint64_t number = (std::uint64_t{random()} << 32) | random();
