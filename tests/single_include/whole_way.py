@@ -26,7 +26,7 @@ magic, version, length, json_length, json_type = struct.unpack("<4sIII4s", file[
 scene = json.loads(file[20:20 + json_length])
 if (magic, version, length, json_type) != (b"glTF", 2, len(file), b"JSON") or scene["images"][0]["mimeType"] != "image/png":
     sys.exit("this is no GLB file with a PNG texture")
-texture = scene["bufferViews"][3]
+texture = scene["bufferViews"][scene["images"][0]["bufferView"]]
 begin = 20 + json_length + 8 + texture["byteOffset"]
 if file[begin:begin + 8] != b"\x89PNG\r\n\x1a\n":
     sys.exit("the texture is not where the file says")
