@@ -1,6 +1,7 @@
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and texture
-// (occlusion/texture_transfer.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use
-// those where you want only a part, or your own part in between.
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
+// not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
+// unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
+// its own in the headers below; use those where you want only a part, or your own part in between.
 #pragma once
 
 #include <ldi/base/error.hpp>

@@ -12282,10 +12282,11 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
-    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves
-    /// none.
+    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
+    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
     float uncertainty = 3.0F;
-    /// The larger, the less a silhouette bends to follow colors.
+    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
+    /// colors.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this stay where they are.
     std::size_t shortest_length = 20;
@@ -12608,14 +12609,14 @@ struct diffusion_inpainter {
 // past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner there is a junction, and curves end.
+// discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches without an end, are spurious if they have fewer pixel sides than this: nothing
-    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter; but
-    /// between two junctions of a good silhouette that would bridge it.
+    /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
+    /// nothing grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter;
+    /// but between two junctions of a good silhouette that would bridge it.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;
@@ -13570,8 +13571,8 @@ struct mixed_color_options {
     /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
     /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
     int background_margin = 1;
-    /// Where they do not, mixed colors are looked for within this share of the long side on either side of it, and within two
-    /// pixels; 0: nowhere.
+    /// Where the two surfaces differ, mixed colors are looked for within this share of the long side on either side of it, and
+    /// within two pixels; 0: nowhere.
     float reach = 4.0F / 1536.0F;
     /// The least distance of two colors, in red, green and blue from 0 to 255, that look different.
     float contrast = 40.0F;
@@ -20214,9 +20215,10 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 }  // namespace ldi
 
 // ---- ldi/photo3d.hpp
-// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults, and texture
-// (occlusion/texture_transfer.hpp), which the paper does not have. Each stage is a function of its own in the headers below; use
-// those where you want only a part, or your own part in between.
+// The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
+// not have: edges of depth are sharpened (depth/sharpen_edges.hpp), silhouettes moved onto the photo's edges, colors beside them
+// unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
+// its own in the headers below; use those where you want only a part, or your own part in between.
 
 namespace ldi::inline LDI_CONFIGURATION {
 

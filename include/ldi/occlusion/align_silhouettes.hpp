@@ -28,10 +28,11 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
-    /// How far silhouettes may be off, to either side, in samples of the depth map or in pixels, whichever are larger. 0 moves
-    /// none.
+    /// How far silhouettes may be off, to either side, in pixels, from 0 to 256. 0 moves none. make_photo3d() multiplies it, and
+    /// the shortest length, by the side of a sample of the depth map where that is more than a pixel.
     float uncertainty = 3.0F;
-    /// The larger, the less a silhouette bends to follow colors.
+    /// The cost of one pixel aside from one pixel side to the next, at least 0. The larger, the less a silhouette bends to follow
+    /// colors.
     float stiffness = 1.5F;
     /// Curves with fewer pixel sides than this stay where they are.
     std::size_t shortest_length = 20;

@@ -2,7 +2,7 @@
 // past (paper, section "Occluded Surface Hallucination", and Figure "depth_expand").
 //
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
-// discontinuity meet in a corner there is a junction, and curves end.
+// discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
 #pragma once
 
 #include <ldi/base/disjoint_sets.hpp>
@@ -21,9 +21,9 @@
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct curve_options {
-    /// Groups of curves that meet, and branches without an end, are spurious if they have fewer pixel sides than this: nothing
-    /// grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter; but
-    /// between two junctions of a good silhouette that would bridge it.
+    /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
+    /// nothing grows behind them, and close_spurious_discontinuities() closes them. The paper drops every curve that is shorter;
+    /// but between two junctions of a good silhouette that would bridge it.
     std::size_t shortest_length = 20;
     /// The direction of a curve at its end is taken over this many pixel sides.
     std::size_t tangent_length = 20;

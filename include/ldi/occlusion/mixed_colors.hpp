@@ -30,8 +30,8 @@ struct mixed_color_options {
     /// is off leaves of the foreground there. On the views of bench/quality the first pixel gains 0.08 dB over leaving it where
     /// it looks unmixed; on six stereo pairs a second one costs 0.23 dB.
     int background_margin = 1;
-    /// Where they do not, mixed colors are looked for within this share of the long side on either side of it, and within two
-    /// pixels; 0: nowhere.
+    /// Where the two surfaces differ, mixed colors are looked for within this share of the long side on either side of it, and
+    /// within two pixels; 0: nowhere.
     float reach = 4.0F / 1536.0F;
     /// The least distance of two colors, in red, green and blue from 0 to 255, that look different.
     float contrast = 40.0F;
