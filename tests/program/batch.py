@@ -231,7 +231,9 @@ def kills():
             process.send_signal(number)
             first, said = process.communicate()
             early += process.returncode == -number
-            check(f"kill {i}: {process.returncode}, says {said}", process.returncode == DONE or (process.returncode == -number and said == b""))
+            # A signal that comes between the last line and the end finds the whole last line.
+            quiet = said == b"" or (said.startswith(b"photo3d: 16 converted") and said.endswith(b"photos/s\n"))
+            check(f"kill {i}: {process.returncode}, says {said}", process.returncode in (DONE, -number) and quiet)
             left = [name for name in f.list("out") if name.startswith(".ldi")]
             check(f"kill {i}: leaves {left}", number == signal.SIGKILL or not left)
             check(f"kill {i}: what is there is whole", all(f.read(f"out/{name}") == expected[name] for name in f.list("out") if not name.startswith(".ldi")))
