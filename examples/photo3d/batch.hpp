@@ -216,9 +216,7 @@ inline void batch::convert(batch_job& job) {
     const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };
     if (!names.html.empty()) job.make(names.html, bytes(make_page(*viewer_, names, made, encoded)));
     job.make(names.report, bytes(to_text(report)));
-    job.facts["milliseconds"] = report["milliseconds"]["total"];
-    job.facts["width"] = report["width"], job.facts["height"] = report["height"];
-    job.facts["hidden_share"] = report["hidden_pixels"].get<double>() / static_cast<double>(made.photo.size() / 3);
+    job.facts = line_figures(report);
 }
 
 inline void batch::write() {
@@ -244,10 +242,7 @@ inline void batch::finish(batch_job& job, outcome what) {
     nlohmann::ordered_json line{{"index", job.index}, {"photo", job.names.photo.string()}};
     if (job.failed) {
         const bool may_pass = job.failed->code == exit_try_again;
-        line["error"] = {{"code", job.failed->kind},
-                         {"message", escaped(job.failed->text)},
-                         {"exit_code", static_cast<int>(job.failed->code)},
-                         {"try_again", may_pass}};
+        line["error"] = line_error(*job.failed);
         const std::lock_guard lock(mutex_);
         has_failed_ = true;
         may_succeed_later_ = may_succeed_later_ || may_pass;

@@ -23,6 +23,34 @@
 
 namespace ldi::examples {
 
+/// Writes a line of JSON to standard output, in one piece. Raises file_access, unavailable: somebody who reads it has gone.
+inline void write_line(const nlohmann::ordered_json& line) {
+    const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    for (std::string_view rest = text; !rest.empty();) {
+        const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) detail::raise_system_error(errno, "standard output", "somebody who reads it");
+        rest.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+/// The figures that a photo's line takes from its report.
+inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report) {
+    const double pixels = report["width"].get<double>() * report["height"].get<double>();
+    return {{"milliseconds", report["milliseconds"]["total"]},
+            {"width", report["width"]},
+            {"height", report["height"]},
+            {"hidden_share", report["hidden_pixels"].get<double>() / pixels}};
+}
+
+/// The member "error" of a photo's line.
+inline nlohmann::ordered_json line_error(const failure& what) {
+    return {{"code", what.kind},
+            {"message", escaped(what.text)},
+            {"exit_code", static_cast<int>(what.code)},
+            {"try_again", what.code == exit_try_again}};
+}
+
 /// What became of a photo.
 enum class outcome : std::size_t { converted, skipped, failed };
 
@@ -33,17 +61,11 @@ public:
     batch_log(std::optional<std::size_t> total, bool quiet)
         : total_(total), quiet_(quiet), is_terminal_(!quiet && isatty(STDERR_FILENO) == 1) {}
 
-    /// Says a photo's line, in one piece. Raises file_access, unavailable: somebody who reads it has gone.
+    /// Says a photo's line. Raises as write_line() does.
     void say_line(outcome what, const nlohmann::ordered_json& line) {
         const std::lock_guard lock(mutex_);
         if (is_terminal_ && isatty(STDOUT_FILENO) == 1) std::fputs("\r\x1b[K", stderr);
-        const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-        for (std::string_view rest = text; !rest.empty();) {
-            const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) detail::raise_system_error(errno, "standard output", "somebody who reads it");
-            rest.remove_prefix(static_cast<std::size_t>(written));
-        }
+        write_line(line);
         ++counts_[static_cast<std::size_t>(what)];
         const clock::time_point now = clock::now();
         if (!is_terminal_ || now - shown_ < std::chrono::milliseconds(100)) return;

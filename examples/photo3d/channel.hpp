@@ -34,6 +34,16 @@ public:
         return value;
     }
 
+    /// A value, if there is one now.
+    std::optional<T> try_pop() {
+        const std::lock_guard lock(mutex_);
+        if (values_.empty()) return std::nullopt;
+        std::optional<T> value(std::move(values_.front()));
+        values_.pop_front();
+        changed_.notify_all();
+        return value;
+    }
+
     /// Nothing more comes.
     void close() {
         const std::lock_guard lock(mutex_);

@@ -49,7 +49,8 @@ inline networks load_networks(const arguments& a, stage_clock& clock) {
 /// The names of what one photo is made from, and becomes. Empty: not asked for.
 struct photo_files {
     std::filesystem::path photo, depth, glb, html, report;
-    bool are_own = false;  ///< nobody asked for these outputs: they replace only what this program has written
+    bool are_own = false;   ///< nobody asked for these outputs: they replace only what this program has written
+    bool are_files = true;  ///< else the photo's is only its name, and nothing lies beside it
 };
 
 /// Turns a map of which nothing says which end is near as the network sees it; where it sees little, white is near, as is usual.
@@ -84,7 +85,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         input.photo = decode_photo(photo, {}, name);
         return input;
     }
-    const bool has_map_beside = !is_standard(names.photo) && !depth_map_beside(names.photo).empty();
+    const bool has_map_beside = names.are_files && !is_standard(names.photo) && !depth_map_beside(names.photo).empty();
     input = has_map_beside ? load_photo_with_depth(names.photo) : decode_photo_with_depth(photo, {}, name);
     if (!input.refused.empty()) say("not used: " + input.refused);
     if (!input.depth && !by.depth)

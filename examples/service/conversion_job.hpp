@@ -1,0 +1,163 @@
+// From a message to the documents of its photos: each is got from one storage, converted, and put into another, with its document
+// beside it, by which a message that comes again finds what is done.
+#pragma once
+
+#include "../photo3d/arguments.hpp"
+#include "../photo3d/batch_log.hpp"
+#include "../photo3d/conversion.hpp"
+#include "../photo3d/memory_budget.hpp"
+#include "../photo3d/messages.hpp"
+#include "../photo3d/report.hpp"
+#include "broker.hpp"
+#include "message.hpp"
+#include "operations.hpp"
+#include "storage.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// What is to be published before a message is acknowledged.
+struct finished_message {
+    bool is_given_back = false;  ///< nothing: it is to come again
+    std::vector<nlohmann::ordered_json> results, dead;
+    std::vector<photo_message> parts;  ///< its photos, each to be a message of its own
+};
+
+/// Works on one message at a time.
+class conversion_job {
+public:
+    /// is_ending  makes it end after the photo in hand
+    conversion_job(const arguments& a, storage& photos, storage& outputs, worker_metrics& metrics, const std::atomic<bool>& is_ending)
+        : arguments_(a),
+          photos_(photos),
+          outputs_(outputs),
+          metrics_(metrics),
+          is_ending_(is_ending),
+          by_(load_networks(a, reading_)),
+          budget_(a.memory) {}
+
+    finished_message work_on(const delivery& message) {
+        constexpr std::uint64_t suspicious = 2;
+        finished_message done;
+        photo_message names;
+        try {
+            names = parse_message(message.body);
+        } catch (const error&) {
+            done.dead.push_back({{"message", escaped(message.body)}, {"error", line_error(describe_failure())}});
+            return done;
+        }
+        log_event("info", "message", {{"job", names.job}, {"photos", names.photos.size()}, {"earlier", message.earlier}});
+        if (message.earlier >= suspicious && names.photos.size() > 1) {  // one of them may end workers: not the others' fault
+            for (const std::string& photo : names.photos) done.parts.push_back({names.job, {photo}});
+            return done;
+        }
+        const bool is_last = message.earlier + 1 >= broker_connection::delivery_limit;
+        for (const std::string& photo : names.photos) {
+            nlohmann::ordered_json document = is_ending_ ? nullptr : document_for(names.job, photo, is_last);
+            done.is_given_back = document.is_null();
+            if (done.is_given_back) break;
+            (document.contains("error") ? done.dead : done.results).push_back(std::move(document));
+        }
+        return done;
+    }
+
+private:
+    /// What became of a photo; null where another try may help, unless this is the last.
+    nlohmann::ordered_json document_for(const std::string& job, const std::string& photo, bool is_last) {
+        const std::string record = photo + ".json";
+        nlohmann::ordered_json document = document_of(job, photo);
+        try {
+            if (std::optional<nlohmann::ordered_json> earlier = find_record(record, job)) {
+                metrics_.found_done.Increment();
+                log_event("info", "found done", document);
+                return *earlier;
+            }
+            document = convert_or_fail(document);
+            const std::string text = to_line(document);
+            outputs_.put(record, std::as_bytes(std::span(text)));
+        } catch (...) {
+            const failure what = describe_failure();
+            document["error"] = line_error(what);
+            log_event("warning", is_last ? "given up" : "try again", document);
+            if (!is_last) return nullptr;
+            metrics_.count_failure(what.kind);  // and no document beside it: asked again it may succeed
+        }
+        return document;
+    }
+
+    /// The document that lies beside the GLB, if it is of this job.
+    std::optional<nlohmann::ordered_json> find_record(const std::string& record, const std::string& job) try {
+        const std::vector<std::byte> bytes = outputs_.get(record);
+        const char* const text = reinterpret_cast<const char*>(bytes.data());
+        nlohmann::ordered_json document = nlohmann::ordered_json::parse(text, text + bytes.size(), nullptr, false);
+        if (!document.is_object() || !document.contains("job") || document["job"] != job) return std::nullopt;
+        return document;
+    } catch (const error& failed) {
+        if (failed.code() == error_code::unavailable) throw;
+        return std::nullopt;
+    }
+
+    /// The document of a photo that is converted, or can never be. Raises what may pass.
+    nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document) {
+        try {
+            document.update(convert(document["photo"]));
+            metrics_.converted.Increment();
+            log_event("info", "photo", document);
+        } catch (...) {
+            const failure what = describe_failure();
+            if (what.code == exit_try_again) throw;
+            document["error"] = line_error(what);
+            metrics_.count_failure(what.kind);
+            log_event("error", "photo", document);
+        }
+        return document;
+    }
+
+    /// From the photo in one storage to the GLB in the other.
+    nlohmann::ordered_json convert(const std::string& key) {
+        stage_clock storing(true), clock(true);
+        thread_pool self(1);
+        photo_files names;
+        names.photo = key, names.are_files = false;
+        storing.begin("getting photo");
+        const std::vector<std::byte> photo = photos_.get(key);
+        storing.finish();
+        budget_.check(memory_for(photo, {}, arguments_, key), key);
+        clock.begin("reading photo");
+        const photo_with_depth input = decode_input(arguments_, names, photo, {}, by_, self);
+        const photo3d made = examples::convert(arguments_, input, by_, clock, self);
+        const encoded_photo3d encoded = encode(made, arguments_, names, clock);
+        storing.begin("putting GLB");
+        outputs_.put(key + ".glb", encoded.glb);
+        storing.finish();
+        for (const stage_clock* const stages : {&storing, &clock})
+            for (const auto& [stage, milliseconds] : stages->stages()) metrics_.observe(stage, milliseconds / 1000);
+        metrics_.bytes_read.Increment(static_cast<double>(photo.size()));
+        metrics_.bytes_written.Increment(static_cast<double>(encoded.glb.size()));
+        nlohmann::ordered_json facts{{"output", key + ".glb"}, {"bytes", encoded.glb.size()}};
+        facts.update(line_figures(report_on(made, encoded, input, arguments_, clock)));
+        return facts;
+    }
+
+    const arguments& arguments_;
+    storage &photos_, &outputs_;
+    worker_metrics& metrics_;
+    const std::atomic<bool>& is_ending_;
+    stage_clock reading_{true};
+    networks by_;
+    memory_budget budget_;
+};
+
+}  // namespace ldi::examples

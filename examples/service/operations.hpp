@@ -1,0 +1,127 @@
+// What those see who run a worker: metrics as Prometheus reads them, its health, and log lines in JSON.
+#pragma once
+
+#include "../photo3d/batch_log.hpp"
+#include "message.hpp"
+
+#include <ldi/base/error.hpp>
+
+#include <httplib.h>
+#include <nlohmann/json.hpp>
+#include <prometheus/counter.h>
+#include <prometheus/family.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace ldi::examples {
+
+/// Numbers of one worker since it began. For any thread.
+class worker_metrics {
+public:
+    prometheus::Counter& converted = photos("converted");
+    prometheus::Counter& found_done = photos("found done");  // its message came again
+    prometheus::Counter& bytes_read = counter("photo3d_read_bytes_total", "Bytes of photos that were read.");
+    prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
+    prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
+    prometheus::Counter& given_back = counter("photo3d_messages_given_back_total", "Messages that were given back.");
+    prometheus::Counter& storage_failures = counter("photo3d_storage_failures_total", "Tries that failed because of the storage.");
+    prometheus::Counter& connections = counter("photo3d_broker_connections_total", "Connections made to the broker.");
+
+    /// A failure for good, by its code.
+    void count_failure(const std::string& code) { failures_.Add({{"code", code}}).Increment(); }
+
+    void observe(const std::string& stage, double seconds) {
+        stages_.Add({{"stage", stage}}, prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10})
+            .Observe(seconds);
+    }
+
+    std::string text() const { return prometheus::TextSerializer().Serialize(registry_.Collect()); }
+
+private:
+    prometheus::Counter& counter(const char* name, const char* help) {
+        return prometheus::BuildCounter().Name(name).Help(help).Register(registry_).Add({});
+    }
+    prometheus::Counter& photos(const char* outcome) {
+        return prometheus::BuildCounter().Name("photo3d_photos_total").Help("Photos by what became of them.").Register(registry_).Add({{"outcome", outcome}});
+    }
+
+    prometheus::Registry registry_{prometheus::Registry::InsertBehavior::Merge};
+    prometheus::Family<prometheus::Counter>& failures_ =
+        prometheus::BuildCounter().Name("photo3d_failures_total").Help("Photos that failed for good, by code.").Register(registry_);
+    prometheus::Family<prometheus::Histogram>& stages_ =
+        prometheus::BuildHistogram().Name("photo3d_stage_seconds").Help("Seconds that a photo was in a stage.").Register(registry_);
+};
+
+/// Answers /metrics and /health over HTTP on a thread of its own.
+class operations_server {
+public:
+    /// address  HOST:PORT; empty: none
+    /// health   an object with a member per thing that must be there, true or false
+    /// Raises invalid_option, unavailable.
+    operations_server(const std::string& address, const worker_metrics& metrics, std::function<nlohmann::ordered_json()> health) {
+        if (address.empty()) return;
+        const std::size_t colon = address.rfind(':');
+        const int port = colon == std::string::npos ? 0 : std::atoi(address.c_str() + colon + 1);
+        if (port <= 0 || port > 65535) raise(error_code::invalid_option, "--http", "HOST:PORT", address);
+        server_.Get("/metrics", [&metrics](const httplib::Request&, httplib::Response& answer) {
+            answer.set_content(metrics.text(), "text/plain; version=0.0.4; charset=utf-8");
+        });
+        server_.Get("/health", [health = std::move(health)](const httplib::Request&, httplib::Response& answer) {
+            const nlohmann::ordered_json facts = health();
+            for (const auto& [name, is_there] : facts.items())
+                if (is_there == false) answer.status = 503;
+            answer.set_content(to_line(facts) + "\n", "application/json");
+        });
+        server_.set_socket_options([](socket_t socket) {  // its own would let two workers share an address
+            const int yes = 1;
+            setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+        });
+        if (!server_.bind_to_port(address.substr(0, colon), port))
+            raise(error_code::unavailable, "--http", "a free address", address);
+        thread_ = std::thread([this] { server_.listen_after_bind(); });
+    }
+    ~operations_server() {
+        if (!thread_.joinable()) return;
+        while (!server_.is_running()) std::this_thread::yield();  // before it runs it can't be stopped
+        server_.stop();
+        thread_.join();
+    }
+    operations_server(const operations_server&) = delete;
+    operations_server& operator=(const operations_server&) = delete;
+
+private:
+    httplib::Server server_;
+    std::thread thread_;
+};
+
+/// Writes a line of JSON to standard output. For any thread.
+inline void log_event(const char* level, const char* event, const nlohmann::ordered_json& facts) {
+    const auto now = std::chrono::system_clock::now();
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+    std::tm date{};
+    gmtime_r(&seconds, &date);
+    char day[32], time[48];
+    std::strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &date);
+    const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
+    std::snprintf(time, sizeof time, "%s.%03dZ", day, static_cast<int>(milliseconds));
+    nlohmann::ordered_json line{{"time", time}, {"level", level}, {"event", event}, {"process", getpid()}};
+    line.update(facts);
+    static std::mutex mutex;
+    const std::lock_guard lock(mutex);
+    write_line(line);
+}
+
+}  // namespace ldi::examples

@@ -1,0 +1,224 @@
+// Both ends of the queues: `submit` reads keys of photos, one per line, and sends them in messages; `collect` writes the documents of
+// photos to files, one line per photo, however often a document comes.
+
+#include "../photo3d/batch_log.hpp"
+#include "../photo3d/messages.hpp"
+#include "../photo3d/option_checks.hpp"
+#include "broker.hpp"
+#include "message.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+namespace ldi::examples {
+namespace {
+
+struct queue_options {
+    std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", job;
+    std::size_t photos_per_message = 16, expected = 0;
+    std::filesystem::path results, dead;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point begun) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+/// What fails leaves it open how much of it was sent: the same again, of the same job, is done once.
+void submit(const queue_options& options) {
+    constexpr std::size_t messages_under_way = 256;
+    const queue_names names(options.queue);
+    broker_connection connection(options.broker);
+    connection.declare(names);
+    connection.begin_publishing();
+    const auto begun = std::chrono::steady_clock::now();
+    std::size_t photos = 0, messages = 0;
+    photo_message next{options.job, {}};
+    const auto send = [&] {
+        if (next.photos.empty()) return;
+        connection.publish(names.photos, "", to_text(next));
+        next.photos.clear();
+        if (++messages % messages_under_way == 0) connection.confirm();
+    };
+    for (std::string key; std::getline(std::cin, key);) {
+        check_key(key);
+        next.photos.push_back(key), ++photos;
+        if (next.photos.size() == options.photos_per_message) send();
+    }
+    send();
+    connection.confirm();
+    write_line({{"job", options.job}, {"photos", photos}, {"messages", messages}, {"seconds", seconds_since(begun)}});
+}
+
+/// A file of lines that only grows. What it holds when it is opened counts.
+class line_file {
+public:
+    /// Raises file_access, unavailable.
+    line_file(const std::filesystem::path& path, std::unordered_set<std::string>& seen)
+        : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
+        if (file_ < 0) fail();
+        std::ifstream written(path);
+        off_t whole = 0;
+        for (std::string line; std::getline(written, line) && !written.eof(); ++count_) {
+            whole += static_cast<off_t>(line.size()) + 1;
+            seen.insert(id_of(nlohmann::ordered_json::parse(line)));
+        }
+        if (ftruncate(file_, whole) != 0) fail();  // a last line without an end was not acknowledged
+    }
+    ~line_file() { ::close(file_); }
+    line_file(const line_file&) = delete;
+    line_file& operator=(const line_file&) = delete;
+
+    void add(const nlohmann::ordered_json& document) { text_ += to_line(document) + "\n", ++count_; }
+
+    /// Puts on the disk what was added.
+    void save() {
+        for (std::string_view rest = text_; !rest.empty();) {
+            const ssize_t written = ::write(file_, rest.data(), rest.size());
+            if (written < 0 && errno != EINTR) fail();
+            rest.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+        }
+        if (!text_.empty() && fdatasync(file_) != 0) fail();
+        text_.clear();
+    }
+
+    std::size_t count() const { return count_; }
+
+private:
+    [[noreturn]] void fail() const { detail::raise_system_error(errno, path_, "a file to write lines to"); }
+
+    std::filesystem::path path_;
+    int file_;
+    std::size_t count_ = 0;
+    std::string text_;
+};
+
+/// Hands a message's documents on. A dead letter of the broker's is the message as it was sent.
+template <class Take>
+void for_each_document(const delivery& message, Take take) {
+    nlohmann::ordered_json document = nlohmann::ordered_json::parse(message.body, nullptr, false);
+    if (message.reason_of_death.empty() && document.is_object()) return take(document);
+    const failure why{exit_try_again, message.reason_of_death.empty() ? "invalid data" : message.reason_of_death,
+                      "given out " + std::to_string(broker_connection::delivery_limit) +
+                          " times, and nobody who had it came to its end"};
+    try {
+        const photo_message names = parse_message(message.body);
+        for (const std::string& photo : names.photos) {
+            document = document_of(names.job, photo);
+            document["error"] = line_error(why);
+            take(document);
+        }
+    } catch (const error&) {
+        take({{"message", escaped(message.body)}, {"error", line_error(why)}});
+    }
+}
+
+class collector {
+public:
+    explicit collector(const queue_options& options)
+        : options_(options), results_(options.results, seen_), dead_(options.dead, seen_) {}
+
+    void run() {
+        const auto begun = std::chrono::steady_clock::now();
+        while (!is_complete()) {
+            try {
+                serve();
+            } catch (const error& failed) {
+                if (failed.code() != error_code::unavailable) throw;
+                say(failed.what());
+                sleep(1);
+            }
+        }
+        results_.save(), dead_.save();
+        write_line({{"results", results_.count()},
+                    {"dead", dead_.count()},
+                    {"dropped", dropped_},
+                    {"seconds", seconds_since(begun)}});
+    }
+
+private:
+    bool is_complete() const { return options_.expected > 0 && results_.count() + dead_.count() >= options_.expected; }
+
+    /// On one connection, until it fails.
+    void serve() {
+        constexpr std::uint16_t together = 256;
+        const queue_names names(options_.queue);
+        broker_connection connection(options_.broker);
+        connection.declare(names);
+        connection.consume(names.results, together);
+        connection.consume(names.dead, together);
+        std::uint64_t last = 0;
+        for (std::size_t waiting = 0; !is_complete() || waiting > 0;) {
+            const std::optional<delivery> message = connection.receive(std::chrono::milliseconds(50));
+            if (message) {
+                for_each_document(*message, [&](const nlohmann::ordered_json& document) {
+                    const bool is_new = seen_.insert(id_of(document)).second;
+                    if (is_new) (message->queue == names.dead ? dead_ : results_).add(document);
+                    dropped_ += is_new ? 0U : 1U;
+                });
+                last = message->tag, ++waiting;
+            }
+            if (waiting == 0 || (message && waiting < together / 2)) continue;
+            results_.save(), dead_.save();
+            connection.acknowledge(last, true);
+            waiting = 0;
+        }
+    }
+
+    const queue_options& options_;
+    std::unordered_set<std::string> seen_;
+    line_file results_, dead_;
+    std::size_t dropped_ = 0;
+};
+
+}  // namespace
+}  // namespace ldi::examples
+
+int main(int count, char** values) {
+    using namespace ldi::examples;
+    CLI::App app("Sends photos to workers, and collects what became of them.");
+    queue_options options;
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    options.job = "job-" + std::to_string(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
+    app.add_option("--queue", options.queue, "name of the queue")->capture_default_str();
+    CLI::App* const sending = app.add_subcommand("submit", "reads keys of photos from standard input, one per line");
+    sending->add_option("--job", options.job, "tells these photos from others of the same keys; default: from the time");
+    sending->add_option("--photos-per-message", options.photos_per_message, "1 to 64")
+        ->check(between(1, photo_message::most_photos))
+        ->capture_default_str();
+    CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
+    collecting->add_option("--results", options.results, "file of those that were converted")->required();
+    collecting->add_option("--dead", options.dead, "file of those that can't be")->required();
+    collecting->add_option("--expected", options.expected, "number of photos after which to end; 0: never")->capture_default_str();
+    app.require_subcommand(1);
+    try {
+        app.parse(count, values);
+        if (*sending) submit(options);
+        if (*collecting) collector(options).run();
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e);
+    } catch (...) {
+        return say_failure();
+    }
+    return exit_done;
+}

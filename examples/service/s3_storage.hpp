@@ -1,0 +1,138 @@
+// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4).
+#pragma once
+
+#include "storage.hpp"
+
+#include <ldi/base/error.hpp>
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+
+/// The objects of one bucket below a prefix. Environment variables say where and who, those of Amazon's own tools:
+/// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION (us-east-1), AWS_ENDPOINT_URL (Amazon's for the region).
+class s3_storage : public storage {
+public:
+    static constexpr std::string_view scheme = "s3://";
+
+    /// url  s3://BUCKET/PREFIX
+    /// Raises invalid_option.
+    explicit s3_storage(const std::string& url) : curl_(curl_easy_init()) {
+        const std::string place = url.substr(scheme.size()), bucket = place.substr(0, place.find('/'));
+        if (bucket.empty()) raise(error_code::invalid_option, url, "s3://BUCKET/PREFIX", "no bucket");
+        prefix_ = place.substr(std::min(bucket.size() + 1, place.size()));
+        if (!prefix_.empty() && prefix_.back() != '/') prefix_ += '/';
+        region_ = variable("AWS_REGION", "us-east-1");
+        user_ = variable("AWS_ACCESS_KEY_ID", nullptr), secret_ = variable("AWS_SECRET_ACCESS_KEY", nullptr);
+        endpoint_ = variable("AWS_ENDPOINT_URL", ("https://s3." + region_ + ".amazonaws.com").c_str());
+        while (!endpoint_.empty() && endpoint_.back() == '/') endpoint_.pop_back();
+        endpoint_ += "/" + bucket + "/";
+    }
+
+    std::vector<std::byte> get(const std::string& key) override { return perform(key, nullptr); }
+    void put(const std::string& key, std::span<const std::byte> bytes) override { perform(key, &bytes); }
+
+private:
+    using header_list = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
+
+    struct answer {
+        std::vector<std::byte> bytes;
+        bool is_too_large = false;
+    };
+
+    static std::string variable(const char* name, const char* otherwise) {
+        const char* const value = std::getenv(name);
+        if (value != nullptr && *value != '\0') return value;
+        if (otherwise == nullptr) raise(error_code::invalid_option, name, "an environment variable for S3", "none");
+        return otherwise;
+    }
+
+    static std::size_t take(const char* data, std::size_t, std::size_t count, void* to) {
+        answer& into = *static_cast<answer*>(to);
+        into.is_too_large = count > most_bytes - into.bytes.size();
+        if (into.is_too_large) return 0;  // ends the transfer
+        const std::byte* const bytes = reinterpret_cast<const std::byte*>(data);
+        into.bytes.insert(into.bytes.end(), bytes, bytes + count);
+        return count;
+    }
+
+    /// The key as it stands in URLs, slashes as they are.
+    std::string encoded(std::string_view key) const {
+        const std::string_view name = key.substr(0, key.find('/'));
+        const std::unique_ptr<char, decltype(&curl_free)> text(
+            curl_easy_escape(curl_.get(), name.data(), static_cast<int>(name.size())), curl_free);
+        if (text == nullptr) throw std::bad_alloc();
+        return name.size() == key.size() ? text.get() : text.get() + ("/" + encoded(key.substr(name.size() + 1)));
+    }
+
+    /// body  what is put; none: it is got
+    std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body) {
+        check_key(key);
+        CURL* const curl = curl_.get();
+        const std::string url = endpoint_ + encoded(prefix_ + key), signer = "aws:amz:" + region_ + ":s3";
+        answer answered;
+        curl_easy_reset(curl);  // connections stay
+        curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
+        curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+        curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, signer.c_str());
+        curl_easy_setopt(curl, CURLOPT_USERNAME, user_.c_str());
+        curl_easy_setopt(curl, CURLOPT_PASSWORD, secret_.c_str());
+        curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+        curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
+        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // ends transfers in which nothing comes
+        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 20L);
+        curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
+        curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answered);
+        header_list headers(nullptr, curl_slist_free_all);
+        if (body != nullptr) {
+            headers.reset(curl_slist_append(nullptr, "Content-Type: application/octet-stream"));
+            headers.reset(curl_slist_append(headers.release(), "Expect:"));  // no round trip before the body
+            curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers.get());
+            // Of a body in memory curl signs the hash, too.
+            curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body->size()));
+            curl_easy_setopt(curl, CURLOPT_POSTFIELDS, reinterpret_cast<const char*>(body->data()));
+            curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "PUT");
+        }
+        const CURLcode done = curl_easy_perform(curl);
+        check(url, done, answered);
+        return std::move(answered.bytes);
+    }
+
+    void check(const std::string& url, CURLcode done, const answer& answered) const {
+        if (answered.is_too_large)
+            raise(error_code::too_large, url, "at most " + std::to_string(most_bytes) + " bytes", "more");
+        if (done != CURLE_OK) raise(error_code::unavailable, url, "an answer", curl_easy_strerror(done));
+        long status = 0;
+        curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);
+        if (status >= 200 && status < 300) return;
+        const std::string_view text(reinterpret_cast<const char*>(answered.bytes.data()), answered.bytes.size());
+        const bool is_missing = status == 404 && text.find("NoSuchBucket") == std::string_view::npos;
+        raise(is_missing ? error_code::file_access : error_code::unavailable, url, "an object",
+              "HTTP status " + std::to_string(status) + ": " + std::string(text.substr(0, 200)));
+    }
+
+    struct clean_up {
+        void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
+    };
+    std::unique_ptr<CURL, clean_up> curl_;
+    std::string endpoint_, prefix_, region_, user_, secret_;
+};
+
+/// place  a folder, or s3://BUCKET/PREFIX
+inline std::unique_ptr<storage> open_storage(const std::string& place) {
+    if (place.starts_with(s3_storage::scheme)) return std::make_unique<s3_storage>(place);
+    return std::make_unique<folder_storage>(place);
+}
+
+}  // namespace ldi::examples

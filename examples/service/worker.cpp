@@ -1,0 +1,192 @@
+// A worker: takes messages that name photos from a queue, converts the photos of one storage into GLB files in another, and publishes
+// a document per photo. It acknowledges a message once all its documents are safe with the broker, so that nothing is lost, whatever
+// ends it. One thread converts, another talks to the broker.
+
+#include "../photo3d/arguments.hpp"
+#include "../photo3d/batch_list.hpp"
+#include "../photo3d/channel.hpp"
+#include "../photo3d/messages.hpp"
+#include "broker.hpp"
+#include "conversion_job.hpp"
+#include "message.hpp"
+#include "operations.hpp"
+#include "s3_storage.hpp"
+#include "storage.hpp"
+
+#include <CLI/CLI.hpp>
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace ldi::examples {
+namespace {
+
+static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler sets it
+std::atomic<bool> is_ending{false};
+
+struct worker_options {
+    std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
+    double patience = 600;  // less than the half hour after which RabbitMQ takes a message back
+    std::uint16_t prefetch = 2;
+    std::vector<std::string> conversion;
+};
+
+struct task {
+    std::uint64_t connection;  ///< to no other does its tag mean anything
+    delivery message;
+};
+
+struct finished_task {
+    std::uint64_t connection, tag;
+    finished_message done;
+};
+
+class worker {
+public:
+    worker(const worker_options& options, const arguments& a)
+        : options_(options),
+          photos_(open_storage(options.photos), patient_storage::duration(options.patience), is_ending, on_failure_),
+          outputs_(open_storage(options.outputs), patient_storage::duration(options.patience), is_ending, on_failure_),
+          job_(a, photos_, outputs_, metrics_, is_ending),
+          server_(options.http, metrics_, [this] { return health(); }) {}
+
+    void run() {
+        std::thread converting([this] { convert(); });
+        while (!is_ending) {
+            try {
+                serve();
+            } catch (const error& failed) {
+                has_broker_ = false;
+                log_event("warning", "broker lost", {{"message", escaped(failed.what())}});
+                std::this_thread::sleep_for(std::chrono::seconds(1));
+            }
+        }
+        tasks_.close();
+        converting.join();
+        log_event("info", "end", {});
+    }
+
+private:
+    nlohmann::ordered_json health() const {
+        return {{"broker", has_broker_.load()}, {"photos", photos_.is_there()}, {"outputs", outputs_.is_there()}};
+    }
+
+    /// On one pair of connections, until one fails. A broker that is short of memory stops who publishes, by connection: acknowledging
+    /// is to go on.
+    void serve() {
+        const queue_names names(options_.queue);
+        broker_connection out(options_.broker), in(options_.broker);
+        ++connection_;
+        in.declare(names);
+        out.begin_publishing();
+        in.consume(names.photos, options_.prefetch);
+        has_broker_ = true;
+        metrics_.connections.Increment();
+        log_event("info", "broker found", {{"connection", connection_.load()}});
+        while (!is_ending) {
+            if (std::optional<delivery> message = in.receive(std::chrono::milliseconds(5)))
+                tasks_.push({connection_, std::move(*message)});
+            out.rest();
+            while (std::optional<finished_task> finished = finished_.try_pop())
+                if (finished->connection == connection_) publish(*finished, names, in, out);
+        }
+    }
+
+    void publish(const finished_task& finished, const queue_names& names, broker_connection& in, broker_connection& out) {
+        const finished_message& done = finished.done;
+        if (done.is_given_back) {
+            metrics_.given_back.Increment();
+            return in.give_back(finished.tag);
+        }
+        for (const nlohmann::ordered_json& document : done.results) out.publish(names.results, id_of(document), to_line(document));
+        for (const nlohmann::ordered_json& document : done.dead) out.publish(names.dead, id_of(document), to_line(document));
+        for (const photo_message& part : done.parts) out.publish(names.photos, "", to_text(part));
+        out.confirm();
+        in.acknowledge(finished.tag);
+        metrics_.messages.Increment();
+    }
+
+    void convert() {
+        while (std::optional<task> next = tasks_.pop())
+            if (next->connection == connection_ && !is_ending)
+                finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
+    }
+
+    const worker_options& options_;
+    worker_metrics metrics_;
+    std::function<void(const std::string&)> on_failure_ = [this](const std::string& text) {
+        metrics_.storage_failures.Increment();
+        log_event("warning", "storage failed", {{"message", escaped(text)}});
+    };
+    patient_storage photos_, outputs_;
+    conversion_job job_;
+    channel<task> tasks_{1024};
+    channel<finished_task> finished_{1024};
+    std::atomic<std::uint64_t> connection_{0};
+    std::atomic<bool> has_broker_{false};
+    operations_server server_;  // last: it asks the others
+};
+
+void describe(CLI::App& app, worker_options& options) {
+    app.description("Converts photos that messages of a queue name. After -- come options of photo3d --batch.");
+    app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
+    app.add_option("--queue", options.queue, "name of the queue; NAME.results and NAME.dead go with it")->capture_default_str();
+    app.add_option("--photos", options.photos, "where photos lie: a folder, or s3://BUCKET/PREFIX")->required();
+    app.add_option("--outputs", options.outputs, "where GLB files and their documents go, likewise")->required();
+    app.add_option("--http", options.http, "HOST:PORT that answers /metrics and /health; default: none");
+    app.add_option("--prefetch", options.prefetch, "messages that it holds at once")->check(between(1, 1000))->capture_default_str();
+    app.add_option("--patience", options.patience,
+                   "seconds for which it tries again what storage can't do, before it gives a message back")
+        ->check(between(0, 1700))
+        ->capture_default_str();
+    app.add_option("CONVERSION", options.conversion, "options of photo3d, after --");
+}
+
+/// Reads the options of photo3d. Raises CLI::ParseError, invalid_option, file_access.
+void read_conversion_options(std::vector<std::string> options, const std::filesystem::path& data, arguments& a) {
+    CLI::App app;
+    examples::describe(app, a, data);
+    options.insert(options.begin(), {"--batch", "-"});  // names of photos come with messages
+    std::reverse(options.begin(), options.end());       // as CLI11 takes them
+    app.parse(options);
+    for (const std::filesystem::path& file : {a.output, a.html, a.report, a.depth})
+        if (!file.empty() && file != "none")
+            raise(error_code::invalid_option, file.string(), "no names of files after --", "one");
+    check_batch_options(a);
+    find_weights(a, data);
+}
+
+}  // namespace
+}  // namespace ldi::examples
+
+int main(int count, char** values) {
+    using namespace ldi::examples;
+    CLI::App app;
+    worker_options options;
+    arguments a;
+    try {
+        describe(app, options);
+        app.parse(count, values);
+        read_conversion_options(options.conversion, data_folder(values[0]), a);
+        curl_global_init(CURL_GLOBAL_DEFAULT);
+        std::signal(SIGPIPE, SIG_IGN);
+        for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { is_ending = true; });
+        worker(options, a).run();
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e);
+    } catch (...) {
+        return say_failure();
+    }
+    return exit_done;
+}
