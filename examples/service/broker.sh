@@ -6,10 +6,16 @@
 
 # shellcheck shell=bash
 
-# Prints so many ports that are free now.
+# Prints so many ports that are free now. None is of those that the system gives to who connects: who asks for such a port before
+# somebody listens there may get it for both ends, and be connected to itself.
 free_ports() {
-    python3 -c 'import socket, sys
-sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(int(sys.argv[1]))]
+    python3 -c 'import random, socket, sys
+sockets = []
+while len(sockets) < int(sys.argv[1]):
+    try:
+        sockets.append(socket.create_server(("127.0.0.1", random.randrange(10000, 30000))))
+    except OSError:
+        pass
 print(*(s.getsockname()[1] for s in sockets))' "$1"
 }
 
@@ -23,13 +29,14 @@ start_broker() {
         : >"$folder/environment"
         : >"$folder/plugins"
     fi
-    broker_url=amqp://guest:guest@127.0.0.1:$broker_port/
-    # Debian's own wrapper in the PATH would go on as another user, on the system's folders.
-    env HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
+    broker_url=amqp://guest:guest@127.0.0.1:$broker_port
+    # Debian's own wrapper in the PATH would go on as another user, on the system's folders. Under systemd this script becomes the broker
+    # instead of starting it, so that its process is the one to be ended.
+    env RUNNING_UNDER_SYSTEMD=1 HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
         RABBITMQ_NODENAME="ldi-$broker_port@localhost" RABBITMQ_DIST_PORT="$broker_distribution_port" \
         RABBITMQ_CONFIG_FILE="$folder/broker.conf" RABBITMQ_ENABLED_PLUGINS_FILE="$folder/plugins" \
         RABBITMQ_MNESIA_BASE="$folder/data" RABBITMQ_LOG_BASE="$folder/log" \
-        /usr/lib/rabbitmq/bin/rabbitmq-server >>"$folder/output" 2>&1 &
+        /usr/lib/rabbitmq/bin/rabbitmq-server >>"$folder/output" 2>&1 </dev/null &
     broker_process=$!
     until (exec 3<>"/dev/tcp/127.0.0.1/$broker_port") 2>/dev/null; do
         sleep 0.2
@@ -44,6 +51,11 @@ start_broker() {
 
 stop_broker() {
     kill -TERM "$broker_process" 2>/dev/null || true
+    for _ in $(seq 100); do
+        kill -0 "$broker_process" 2>/dev/null || break
+        sleep 0.1
+    done
+    kill -KILL "$broker_process" 2>/dev/null || true
     wait "$broker_process" 2>/dev/null || true
 }
 

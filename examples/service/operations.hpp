@@ -30,6 +30,8 @@ namespace ldi::examples {
 
 /// Numbers of one worker since it began. For any thread.
 class worker_metrics {
+    prometheus::Registry registry_{prometheus::Registry::InsertBehavior::Merge};  // first: all others are in it
+
 public:
     prometheus::Counter& converted = photos("converted");
     prometheus::Counter& found_done = photos("found done");  // its message came again
@@ -58,7 +60,6 @@ private:
         return prometheus::BuildCounter().Name("photo3d_photos_total").Help("Photos by what became of them.").Register(registry_).Add({{"outcome", outcome}});
     }
 
-    prometheus::Registry registry_{prometheus::Registry::InsertBehavior::Merge};
     prometheus::Family<prometheus::Counter>& failures_ =
         prometheus::BuildCounter().Name("photo3d_failures_total").Help("Photos that failed for good, by code.").Register(registry_);
     prometheus::Family<prometheus::Histogram>& stages_ =
@@ -108,7 +109,7 @@ private:
 };
 
 /// Writes a line of JSON to standard output. For any thread.
-inline void log_event(const char* level, const char* event, const nlohmann::ordered_json& facts) {
+inline void log_event(const char* level, const char* event, const nlohmann::ordered_json& facts = nlohmann::ordered_json::object()) {
     const auto now = std::chrono::system_clock::now();
     const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
     std::tm date{};

@@ -27,12 +27,13 @@ public:
     static constexpr std::string_view scheme = "s3://";
 
     /// url  s3://BUCKET/PREFIX
-    /// Raises invalid_option.
+    /// Raises invalid_option, invalid_data.
     explicit s3_storage(const std::string& url) : curl_(curl_easy_init()) {
         const std::string place = url.substr(scheme.size()), bucket = place.substr(0, place.find('/'));
         if (bucket.empty()) raise(error_code::invalid_option, url, "s3://BUCKET/PREFIX", "no bucket");
         prefix_ = place.substr(std::min(bucket.size() + 1, place.size()));
-        if (!prefix_.empty() && prefix_.back() != '/') prefix_ += '/';
+        while (!prefix_.empty() && prefix_.back() == '/') prefix_.pop_back();
+        if (!prefix_.empty()) check_key(prefix_), prefix_ += '/';
         region_ = variable("AWS_REGION", "us-east-1");
         user_ = variable("AWS_ACCESS_KEY_ID", nullptr), secret_ = variable("AWS_SECRET_ACCESS_KEY", nullptr);
         endpoint_ = variable("AWS_ENDPOINT_URL", ("https://s3." + region_ + ".amazonaws.com").c_str());

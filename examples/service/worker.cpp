@@ -74,7 +74,7 @@ public:
         }
         tasks_.close();
         converting.join();
-        log_event("info", "end", {});
+        log_event("info", "end");
     }
 
 private:
