@@ -32,11 +32,12 @@ readonly needs_python=("command python3;python3" "header python3.11/Python.h;pyt
     "module pybind11;python3-pybind11" "module numpy;python3-numpy" "module pip;python3-pip" "module venv;python3-venv"
     "module ensurepip;python3-venv" "module setuptools;python3-setuptools" "module wheel;python3-wheel" "module pytest;python3-pytest")
 readonly needs_service=("header amqp.h;librabbitmq-dev" "header curl/curl.h;libcurl4-openssl-dev"
+    "header openssl/evp.h;libssl-dev"
     "header prometheus/registry.h;prometheus-cpp-dev" "header httplib.h;libcpp-httplib-dev" "command pkg-config;pkg-config"
     "command curl;curl" "command python3;python3" "command rabbitmqctl;rabbitmq-server")
 readonly needs_service_tests=("module prometheus_client;python3-prometheus-client" "command ip;iproute2" "command ffmpeg;ffmpeg"
     "command node;nodejs" "command npm;npm" "command slurmctld;slurmctld" "command slurmd;slurmd" "command sbatch;slurm-client"
-    "command munged;munge")
+    "command munged;munge" "command amqp-publish;amqp-tools")
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")

@@ -57,7 +57,8 @@ public:
     broker_connection& operator=(const broker_connection&) = delete;
 
     /// Makes the three queues, if they are not there. All survive the broker's restart; one that several brokers hold survives the loss
-    /// of a minority of them. What was given out `delivery_limit` times and never acknowledged becomes a dead letter.
+    /// of a minority of them. What was given out
+    /// `delivery_limit` times and never acknowledged becomes a dead letter.
     void declare(const queue_names& names) {
         const auto text = [](const char* value) {
             amqp_field_value_t field{};
@@ -65,7 +66,7 @@ public:
             return field;
         };
         amqp_field_value_t limit{};
-        limit.kind = AMQP_FIELD_KIND_I32, limit.value.i32 = static_cast<std::int32_t>(delivery_limit);
+        limit.kind = AMQP_FIELD_KIND_I32, limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that it may come back
         const amqp_table_entry_t quorum{amqp_cstring_bytes("x-queue-type"), text("quorum")};
         declare(names.dead, {quorum});
         declare(names.results, {quorum});
@@ -144,7 +145,7 @@ public:
         }
     }
 
-    /// Times that a message comes back before it is a dead letter.
+    /// Times that a message is given out before it is a dead letter.
     static constexpr std::uint64_t delivery_limit = 5;
 
 private:

@@ -1,4 +1,5 @@
-// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4).
+// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4, with
+// the SHA-256 of what is sent, so that nothing else can arrive).
 #pragma once
 
 #include "storage.hpp"
@@ -6,9 +7,12 @@
 #include <ldi/base/error.hpp>
 
 #include <curl/curl.h>
+#include <openssl/evp.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <new>
@@ -77,6 +81,35 @@ private:
         return name.size() == key.size() ? text.get() : text.get() + ("/" + encoded(key.substr(name.size() + 1)));
     }
 
+    static std::string sha256(std::span<const std::byte> bytes) {
+        std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+        unsigned length = 0;
+        if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
+        std::string text;
+        for (unsigned i = 0; i < length; ++i) {
+            char code[3];
+            std::snprintf(code, sizeof code, "%02x", static_cast<unsigned>(digest[i]));
+            text += code;
+        }
+        return text;
+    }
+
+    static header_list headers_for(const std::span<const std::byte>* body) {
+        header_list headers(nullptr, curl_slist_free_all);
+        const auto add = [&](const std::string& line) {
+            curl_slist* const all = curl_slist_append(headers.get(), line.c_str());
+            if (all == nullptr) throw std::bad_alloc();
+            static_cast<void>(headers.release());
+            headers.reset(all);
+        };
+        add("x-amz-content-sha256: " + sha256(body == nullptr ? std::span<const std::byte>() : *body));
+        if (body != nullptr) {
+            add("Content-Type: application/octet-stream");
+            add("Expect:");  // no round trip before the body
+        }
+        return headers;
+    }
+
     /// body  what is put; none: it is got
     std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body) {
         check_key(key);
@@ -92,15 +125,12 @@ private:
         curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
         curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, 10L);
         curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 1L);  // ends transfers in which nothing comes
-        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 20L);
+        curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, 10L);
         curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &s3_storage::take);
         curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answered);
-        header_list headers(nullptr, curl_slist_free_all);
+        const header_list headers = headers_for(body);
+        curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers.get());
         if (body != nullptr) {
-            headers.reset(curl_slist_append(nullptr, "Content-Type: application/octet-stream"));
-            headers.reset(curl_slist_append(headers.release(), "Expect:"));  // no round trip before the body
-            curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers.get());
-            // Of a body in memory curl signs the hash, too.
             curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body->size()));
             curl_easy_setopt(curl, CURLOPT_POSTFIELDS, reinterpret_cast<const char*>(body->data()));
             curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "PUT");

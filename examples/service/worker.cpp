@@ -38,7 +38,7 @@ std::atomic<bool> is_ending{false};
 struct worker_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
     double patience = 600;  // less than the half hour after which RabbitMQ takes a message back
-    std::uint16_t prefetch = 2;
+    std::uint16_t prefetch = 1;  // with more, a photo that ends workers takes messages with it that are none the worse
     std::vector<std::string> conversion;
 };
 

@@ -1,0 +1,81 @@
+"""What tests/service/run.sh asks of files that workers and the collector have written.
+
+    documents.py FUNCTION [ARGUMENT...]     exit status 0: it is so
+"""
+import json
+import os
+import sys
+
+from prometheus_client.parser import text_string_to_metric_families
+
+
+def lines(path):
+    return [json.loads(line) for line in open(path)] if os.path.exists(path) else []
+
+
+def in_mid_message(log):
+    """The worker of this log has done some photos of its last message, and not all."""
+    events = lines(log)
+    begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
+    if begun is None:
+        return False
+    done = sum(line["event"] in ("photo", "found done") for line in events[begun:])
+    return 0 < done < events[begun]["photos"]
+
+
+def logs_are_structured(*logs):
+    """Every line is an object that says when, how grave, what, and of which process."""
+    every = [line for log in logs for line in lines(log)]
+    return bool(every) and all({"time", "level", "event", "process"} <= line.keys() for line in every)
+
+
+def some_came_again(*logs):
+    """A message that was given out before was given out to one of these workers."""
+    return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))
+
+
+def each_once(keys, results, dead):
+    """Every photo has exactly one line in one of the two files."""
+    every = [line["photo"] for path in (results, dead) for line in lines(path)]
+    expected = open(keys).read().splitlines()
+    print(f"{len(every)} documents of {len(expected)} photos, {len(lines(dead))} of them dead letters")
+    return sorted(every) == sorted(expected)
+
+
+def reasons(dead, broken):
+    """The dead letters are these photos, with these codes. broken: lines of a key, a tab, and a code"""
+    found = {line["photo"]: line["error"] for line in lines(dead)}
+    expected = dict(line.split("\t") for line in open(broken).read().splitlines())
+    for code in sorted(set(expected.values())):
+        print("   ", code, sum(error["code"] == code for error in found.values()), "such as:", next((e["message"] for e in found.values() if e["code"] == code), None))
+    return {key: error["code"] for key, error in found.items()} == expected and all(not error["try_again"] and error["message"] for error in found.values())
+
+
+def numbers_agree(results, dead, *metrics):
+    """What workers counted is what came out, in text that Prometheus' own parser reads; every stage has its seconds."""
+    total, stages = {}, set()
+    for path in metrics:
+        for family in text_string_to_metric_families(open(path).read()):
+            for sample in family.samples:
+                labels = {name: value for name, value in sample.labels.items() if name in ("outcome", "code")}
+                key = (sample.name, *labels.values())
+                if "le" not in sample.labels:
+                    total[key] = total.get(key, 0) + sample.value
+                if sample.name == "photo3d_stage_seconds_count":
+                    stages.add(sample.labels["stage"])
+    failures = {}
+    for line in lines(dead):
+        failures[line["error"]["code"]] = failures.get(line["error"]["code"], 0) + ("photo" in line)
+    counted = {key[1]: value for key, value in total.items() if key[0] == "photo3d_failures_total"}
+    print("   ", counted, sorted(stages))
+    return (total["photo3d_photos_total", "converted"] == len(lines(results)) and counted == {code: n for code, n in failures.items() if n}
+            and total["photo3d_written_bytes_total",] == sum(line["bytes"] for line in lines(results))
+            and {"getting photo", "reading photo", "encoding", "putting GLB"} < stages)
+
+
+def codes_are(path, *codes):
+    """The errors' codes, in any order."""
+    return sorted(line["error"]["code"] for line in lines(path)) == sorted(codes)
+
+
+sys.exit(not globals()[sys.argv[1]](*sys.argv[2:]))

@@ -1,0 +1,100 @@
+# Part of tests/service/run.sh: photos in a bucket, and in the middle of it a worker is killed, the broker is killed, and the network
+# to the storage is cut.
+
+# shellcheck shell=bash disable=SC2154
+
+# Photographs where there are some, else pieces of the sample. Then the broken ones.
+make_photos() {
+    local from=../shared/photos/train made=$((number - number / 25))
+    mkdir -p "$work/photos"
+    if [ -d "$from" ] && [ "$(find "$from" -name '*.jpg' | wc -l)" -ge "$made" ]; then
+        find "$from" -name '*.jpg' | sort | awk -v made="$made" 'NR <= made' | xargs cp -t "$work/photos"
+    else
+        printf 'there are no %d photographs in %s: taking pieces of the sample\n' "$made" "$from"
+        ffmpeg -loglevel error -loop 1 -i examples/photo3d/sample.jpg -frames:v "$made" \
+            -vf "crop=384:384:x='mod(n*97,in_w-384)':y='mod(n*61,in_h-384)'" -q:v 3 "$work/photos/%03d.jpg"
+    fi
+    find "$work/photos" -type f -printf '%p\talbum, ü + 1/%f\n' | sort >"$work/uploads"
+
+    head -c 5000 /dev/urandom >"$work/noise"
+    one_photo=$(find "$work/photos" -type f -print -quit)
+    head -c 300 "$one_photo" >"$work/cut"
+    : >"$work/empty"
+    printf '\211PNG\r\n\032\n\0\0\0\rIHDR\0\1\206\240\0\1\206\240\10\2\0\0\0\373\137\223\320' >"$work/huge" # 100,000 x 100,000
+    local kinds=("noise	unsupported" "cut	invalid data" "empty	unsupported" "huge	too large" "	file access") i kind file
+    for ((i = 0; i < number / 25; ++i)); do
+        kind=${kinds[i % ${#kinds[@]}]} file=${kind%%	*}
+        printf 'broken/%d.jpg\t%s\n' "$i" "${kind#*	}" >>"$work/broken"
+        [ -z "$file" ] || printf '%s\tbroken/%d.jpg\n' "$work/$file" "$i" >>"$work/uploads" # else it is missing
+    done
+    { cut -f 2 "$work/uploads" && cut -f 1 "$work/broken"; } | sort -u | shuf --random-source=examples/photo3d/sample.jpg >"$work/keys"
+}
+
+are_done() { [ "$(lines_of "$work/results" "$work/dead")" -ge "$1" ]; }
+
+kill_in_mid_message() {
+    kill -STOP "$1"
+    documents in_mid_message "$2" && return
+    kill -CONT "$1"
+    return 1
+}
+
+# The photos as photo3d --batch converts them, to be compared byte by byte.
+are_same_bytes() {
+    cut -f 1 "$work/uploads" | grep "^$work/photos/" | python3 -c 'import json, os, sys
+for line in sys.stdin:
+    print(json.dumps({"photo": line.strip(), "output": sys.argv[1] + "/" + os.path.basename(line.strip()) + ".glb"}))' "$work/expected" \
+        >"$work/list.jsonl"
+    mkdir -p "$work/expected" "$work/found"
+    "$PROGRAMS/photo3d" --batch "$work/list.jsonl" --quiet >/dev/null
+    grep "^$work/photos/" "$work/uploads" | while IFS=$'\t' read -r file key; do
+        printf '%s\t%s\n' "$work/found/$(basename "$file").glb" "out/$key.glb"
+    done >"$work/downloads"
+    s3_get "$work/downloads" && diff -r "$work/expected" "$work/found"
+}
+
+make_photos
+mkdir "$work/s3"
+start_s3 "$work/s3" photos
+s3_put "$work/uploads"
+start_broker "$work/broker"
+printf '\n== %d photos of which %d are broken; the storage: %s\n' "$number" "$(lines_of "$work/broken")" "$s3_cut"
+
+start_worker one photos s3://photos s3://photos/out
+first=$worker first_log=$worker_log
+start_worker two photos s3://photos s3://photos/out
+second_log=$worker_log second_address=$worker_address
+queue photos submit --photos-per-message 8 <"$work/keys"
+queue photos collect --results "$work/results" --dead "$work/dead" --expected "$number" >"$work/collected" &
+collector=$!
+
+wait_until 120 are_done $((number / 6))
+count_step "a worker is killed in the middle of a message" wait_until 60 kill_in_mid_message "$first" "$first_log"
+stop_worker KILL "$first"
+start_worker three photos s3://photos s3://photos/out
+third_log=$worker_log third_address=$worker_address
+
+wait_until 120 are_done $((number * 2 / 6))
+kill -KILL "$broker_process"
+wait "$broker_process" 2>/dev/null || true
+count_step "without the broker the worker is not healthy" wait_until 20 health_is "$third_address" 503
+start_broker "$work/broker"
+count_step "the broker, killed and started again, is found again" wait_until 60 health_is "$third_address" 200
+
+wait_until 120 are_done $((number * 3 / 6))
+cut_network
+is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_address" 503; } # the other may have nothing to do
+count_step "without the storage the worker is not healthy, and tries again" wait_until 60 is_one_without_storage
+mend_network
+
+is_collected() { wait_until 600 eval '! kill -0 "$collector" 2>/dev/null' && wait "$collector"; }
+count_step "all is collected" is_collected
+collector=
+cat "$work/collected"
+count_step "nothing is lost, and nothing is in the results twice" documents each_once "$work/keys" "$work/results" "$work/dead"
+count_step "the broken photos are the dead letters, with their reasons" documents reasons "$work/dead" "$work/broken"
+count_step "what the killed worker had came again" documents some_came_again "$second_log" "$third_log"
+count_step "the GLB files have the same bytes as those of photo3d --batch" are_same_bytes
+count_step "the storage was tried again" grep -q '"storage failed"' "$second_log" "$third_log"
+count_step "logs are structured" documents logs_are_structured "$first_log" "$second_log" "$third_log"
+for process in "${!workers[@]}"; do stop_worker TERM "$process"; done

@@ -1,0 +1,69 @@
+# Part of tests/service/run.sh: photos in a folder, messages that are none, messages that end their workers, and what is counted.
+
+# shellcheck shell=bash disable=SC2154
+
+folder=$work/folder
+mkdir -p "$folder/photos" "$folder/outputs"
+for name in a b c; do cp "$one_photo" "$folder/photos/$name.jpg"; done
+printf 'no photo\n' >"$folder/photos/d.jpg"
+printf '%s\n' a.jpg b.jpg c.jpg d.jpg >"$folder/keys"
+
+start_worker calm calm "$folder/photos" "$folder/outputs"
+calm=$worker_address
+count_step "a worker is healthy" wait_until 20 health_is "$calm" 200
+for text in nonsense '{"job": "j", "photos": []}' '{"job": "j", "photos": ["../keys"]}' '{"job": "j", "photos": ["/etc/passwd"]}'; do
+    amqp-publish -u "$broker_url" -r calm -b "$text"
+done
+queue calm submit --job j <"$folder/keys"
+queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 8 >/dev/null
+count_step "messages that are none are dead letters" documents codes_are "$folder/dead" "invalid data" "invalid data" "invalid data" \
+    "invalid data" unsupported
+curl -s "$calm/metrics" >"$folder/metrics"
+count_step "metrics count what was done" documents numbers_agree "$folder/results" "$folder/dead" "$folder/metrics"
+if command -v promtool >/dev/null; then
+    count_step "promtool finds nothing wrong with metrics" promtool check metrics <"$folder/metrics"
+else
+    printf 'skipped: no promtool (Debian: prometheus) to read metrics, too\n'
+fi
+
+# The same again, of the same job: found done, and dropped by who collects.
+cp "$folder/results" "$folder/before"
+queue calm submit --job j <"$folder/keys"
+queue calm submit --job k <"$folder/keys"
+queue calm collect --results "$folder/results" --dead "$folder/dead" --expected 12 >"$folder/collected"
+cat "$folder/collected"
+count_step "what is sent twice is in the results once" grep -q '"results":6,"dead":6,"dropped":4' "$folder/collected"
+count_step "and is not converted twice" eval '[ "$(grep -c "\"found done\"" "$worker_log")" = 4 ] && [ "$(grep -c "\"event\":\"photo\"" "$worker_log")" = 8 ]'
+stop_worker TERM "$worker"
+count_step "a worker that is told to end says so" eval 'tail -n 1 "$worker_log" | grep -q "\"end\""'
+
+# Reading a pipe that nobody writes to takes forever: a photo that ends every worker that has it, by the hand of this script.
+mkfifo "$folder/photos/endless.jpg"
+printf '%s\n' a.jpg endless.jpg b.jpg >"$folder/endless"
+queue endless submit --job e <"$folder/endless"
+queue endless collect --results "$folder/endless_results" --dead "$folder/endless_dead" --expected 3 >/dev/null &
+collector=$!
+has_begun() { [ "$(grep -c '"event":"message"' "$worker_log")" -gt "$1" ] || ! kill -0 "$collector" 2>/dev/null; }
+for ((kills = 0; kills < 20; ++kills)); do
+    begun=$(grep -c '"event":"message"' "$work/endless.log" 2>/dev/null) || true
+    start_worker endless endless "$folder/photos" "$folder/outputs"
+    wait_until 10 has_begun "${begun:-0}" || true
+    sleep 0.3
+    stop_worker KILL "$worker"
+    kill -0 "$collector" 2>/dev/null || break
+done
+printf 'killed %d workers\n' "$kills"
+count_step "a photo that ends every worker is a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
+count_step "after five of them" eval 'grep "\"photos\":1" "$work/endless.log" | grep -q "\"earlier\":4" && ! grep -q "\"earlier\":5" "$work/endless.log"'
+count_step "and those beside it are converted" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
+wait "$collector" || true
+collector=
+
+# Storage that stays away: tried again, given back, and at last a dead letter that says that another try may help.
+start_worker away away "$folder/nowhere" "$folder/outputs" --patience 0
+queue away submit --job w <<<a.jpg
+queue away collect --results "$folder/away_results" --dead "$folder/away_dead" --expected 1 >/dev/null
+count_step "a photo whose storage stays away is a dead letter in the end" documents codes_are "$folder/away_dead" "unavailable for now"
+count_step "which says that another try may help" grep -q '"try_again":true' "$folder/away_dead"
+count_step "and it was tried five times" eval '[ "$(grep -c "\"event\":\"message\"" "$worker_log")" = 5 ]'
+stop_worker TERM "$worker"

@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Two workers, a broker, and a server of S3's protocol on one machine, of which each is taken away once: nothing is lost, nothing comes
+# twice, and broken photos are dead letters with their reasons. Then smaller things: storage in a folder, messages that end workers,
+# metrics, Slurm. Ends with "N passed, N failed".
+#
+#   PHOTOS=60 tests/service/run.sh     500 unless said otherwise; a 25th of them are broken
+#
+# PROGRAMS names the folder of photo3d, photo3d_worker and photo3d_queue where they are built already.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=scripts/requirements.sh
+source scripts/requirements.sh
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+# shellcheck source=examples/service/broker.sh
+source examples/service/broker.sh
+# shellcheck source=tests/service/s3_server.sh
+source tests/service/s3_server.sh
+
+require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_service[@]}" "${needs_service_tests[@]}"
+install_npm_packages tests/service
+if [ -z "${PROGRAMS:-}" ]; then
+    cmake --preset release -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF
+    cmake --build --preset release --target photo3d photo3d_worker photo3d_queue
+    PROGRAMS=build/release/examples
+fi
+export PROGRAMS
+
+number=${PHOTOS:-500}
+work=$(mktemp -d)
+clean_up() {
+    [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
+    local process
+    for process in "${!workers[@]}" "${collector:-}"; do [ -z "$process" ] || kill -KILL "$process" 2>/dev/null || true; done
+    remove_broker
+    remove_s3
+    rm -rf "$work"
+}
+trap clean_up EXIT
+declare -A workers=() # the logs and the addresses of those that run, by their processes
+
+documents() { /usr/bin/python3 tests/service/documents.py "$@"; }
+lines_of() { cat "$@" 2>/dev/null | wc -l; }
+
+# start_worker NAME QUEUE PHOTOS OUTPUTS [OPTION...]: sets worker, its process, worker_log and worker_address.
+start_worker() {
+    local port
+    read -r port < <(free_ports 1)
+    worker_log=$work/$1.log
+    worker_address=http://127.0.0.1:$port
+    "$PROGRAMS/photo3d_worker" --broker "$broker_url" --queue "$2" --photos "$3" --outputs "$4" --http "127.0.0.1:$port" "${@:5}" \
+        >>"$worker_log" 2>>"$work/errors" &
+    worker=$!
+    workers[$worker]=$worker_log
+}
+
+# stop_worker SIGNAL PROCESS
+stop_worker() {
+    kill "-$1" "$2"
+    wait "$2" 2>/dev/null || true
+    unset "workers[$2]"
+}
+
+# wait_until SECONDS COMMAND...: fails where it does not become true.
+wait_until() {
+    local until=$((SECONDS + $1))
+    shift
+    until "$@"; do
+        [ "$SECONDS" -lt "$until" ] || return 1
+        sleep 0.1
+    done
+}
+
+queue() { "$PROGRAMS/photo3d_queue" --broker "$broker_url" --queue "$1" "${@:2}"; }
+health() { curl -s -o /dev/null -w '%{http_code}' "$1/health" || true; }
+health_is() { [ "$(health "$1")" = "$2" ]; }
+
+source tests/service/failures.sh
+source tests/service/folder.sh
+count_step "the start script converts the sample" examples/service/run.sh
+count_script tests/service/slurm.sh
+print_tally

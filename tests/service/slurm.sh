@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# examples/service/photos.sbatch on a cluster of one node, which this starts in a temporary folder: munge, slurmctld and slurmd as this
+# user, on ports of their own. Ends with "N passed, N failed".
+#
+# What it has to do without, to run in a container: cgroups (proctrack/linuxproc, task/none), and with them Slurm's hold on cores and
+# memory; accounting. Cores are counted (select/cons_tres), so that tasks wait for each other as they do on a cluster.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+# shellcheck source=scripts/tally.sh
+source scripts/tally.sh
+# shellcheck source=examples/service/broker.sh
+source examples/service/broker.sh
+
+work=$(mktemp -d)
+chmod 755 "$work" # munged wants it so
+processes=()
+clean_up() {
+    [ -z "${KEEP_SLURM:-}" ] || cp -r "$work" "$KEEP_SLURM"
+    [ "${#processes[@]}" = 0 ] || kill -TERM "${processes[@]}" 2>/dev/null || true
+    [ "${#processes[@]}" = 0 ] || wait "${processes[@]}" 2>/dev/null || true
+    rm -rf "$work"
+}
+trap clean_up EXIT
+
+start_cluster() {
+    local node controller_port node_port user
+    node=$(hostname -s) user=$(id -un)
+    read -r controller_port node_port < <(free_ports 2)
+    mkdir -p "$work/state" "$work/spool" "$work/munge"
+    head -c 1024 /dev/urandom >"$work/munge/key"
+    chmod 700 "$work/munge"
+    chmod 600 "$work/munge/key"
+    /usr/sbin/munged --foreground --socket "$work/munge.socket" --key-file "$work/munge/key" --pid-file "$work/munge/pid" \
+        --log-file "$work/munge/log" --seed-file "$work/munge/seed" --force >"$work/munge/output" 2>&1 &
+    processes+=($!)
+    cat >"$work/slurm.conf" <<CONFIGURATION
+ClusterName=test
+SlurmctldHost=$node(127.0.0.1)
+SlurmUser=$user
+SlurmdUser=$user
+SlurmctldPort=$controller_port
+SlurmdPort=$node_port
+AuthType=auth/munge
+AuthInfo=socket=$work/munge.socket
+StateSaveLocation=$work/state
+SlurmdSpoolDir=$work/spool
+SlurmctldPidFile=$work/slurmctld.pid
+SlurmdPidFile=$work/slurmd.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SwitchType=switch/none
+MpiDefault=none
+ReturnToService=2
+SchedulerParameters=sched_interval=1
+NodeName=$node NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
+PartitionName=all Nodes=$node Default=YES State=UP
+CONFIGURATION
+    export SLURM_CONF=$work/slurm.conf
+    for _ in $(seq 50); do [ -S "$work/munge.socket" ] && break || sleep 0.1; done
+    slurmctld -D >"$work/slurmctld.log" 2>&1 &
+    processes+=($!)
+    slurmd -D -N "$node" >"$work/slurmd.log" 2>&1 &
+    processes+=($!)
+    for _ in $(seq 300); do
+        sinfo -h -o %t 2>/dev/null | grep -q '^idle' && return
+        sleep 0.1
+    done
+    tail -n 20 "$work/slurmctld.log" "$work/slurmd.log" "$work/munge/log"
+    return 1
+}
+
+photos=$work/photos
+make_list() {
+    local i
+    mkdir "$photos"
+    for i in $(seq 1 8); do
+        cp examples/photo3d/sample.jpg "$photos/$i.jpg"
+        printf '"%s"\n' "$photos/$i.jpg"
+    done >"$work/list.jsonl"
+    printf 'no photo\n' >"$photos/9.jpg"
+    printf '"%s"\n' "$photos/9.jpg" >>"$work/list.jsonl"
+}
+
+# Prints the exit codes of the three tasks, as Slurm has them. (sbatch --wait would look only every ten seconds.)
+submit() {
+    local job
+    job=$(PHOTO3D=$(realpath "$PROGRAMS/photo3d") sbatch --parsable --array=0-2 --output="$work/task.%a" \
+        examples/service/photos.sbatch "$work/list.jsonl" "$work/outputs")
+    for _ in $(seq 300); do
+        [ -z "$(squeue -h -j "$job")" ] && break || sleep 0.2
+    done
+    scontrol show job "$job" | sed -nE 's/.* ExitCode=([0-9]+):.*/\1/p' | sort | tr '\n' ' '
+}
+
+is_each_there_once() {
+    [ "$(find "$work/outputs" -name '*.glb' | wc -l)" = 8 ] && [ "$(cat "$work"/outputs/log/*.jsonl | wc -l)" = 9 ] &&
+        [ "$(cat "$work"/outputs/log/*.jsonl | grep -c '"code":"unsupported"')" = 1 ]
+}
+have_slices() { [ "$(wc -l <"$work/outputs/log/0.jsonl") $(wc -l <"$work/outputs/log/1.jsonl") $(wc -l <"$work/outputs/log/2.jsonl")" = "3 3 3" ]; }
+fails_with_one() { [ "$(submit)" = "0 0 1 " ]; }
+is_nothing_converted() { cmp -s <(grep -h milliseconds "$work"/outputs/log/*.jsonl | wc -l) <(echo 8) && [ "$(grep -ch '"skipped":true' "$work/outputs/log/1.jsonl")" = 3 ]; }
+
+if ! count_step "a cluster of one node starts" start_cluster || [ "$failed" != 0 ]; then
+    print_tally
+    exit 1
+fi
+make_list
+count_step "an array of three tasks ends with the code of the photo that can't be converted" fails_with_one
+cat "$work"/task.* || true
+count_step "each photo was converted once" is_each_there_once
+count_step "in three slices" have_slices
+count_step "the same again says so" fails_with_one
+count_step "and converts nothing twice" is_nothing_converted
+print_tally
