@@ -57,8 +57,7 @@ public:
     broker_connection& operator=(const broker_connection&) = delete;
 
     /// Makes the three queues, if they are not there. All survive the broker's restart; one that several brokers hold survives the loss
-    /// of a minority of them. What was given out
-    /// `delivery_limit` times and never acknowledged becomes a dead letter.
+    /// of a minority of them. What was given out `delivery_limit` times and never acknowledged becomes a dead letter.
     void declare(const queue_names& names) {
         const auto text = [](const char* value) {
             amqp_field_value_t field{};

@@ -148,8 +148,9 @@ private:
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);
         if (status >= 200 && status < 300) return;
         const std::string_view text(reinterpret_cast<const char*>(answered.bytes.data()), answered.bytes.size());
-        const bool is_missing = status == 404 && text.find("NoSuchBucket") == std::string_view::npos;
-        raise(is_missing ? error_code::file_access : error_code::unavailable, url, "an object",
+        if (status == 404 && text.find("NoSuchBucket") == std::string_view::npos)
+            raise(error_code::file_access, url, "an object", "none");
+        raise(error_code::unavailable, url, "an object",
               "HTTP status " + std::to_string(status) + ": " + std::string(text.substr(0, 200)));
     }
 

@@ -20,8 +20,10 @@ make_photos() {
     one_photo=$(find "$work/photos" -type f -print -quit)
     head -c 300 "$one_photo" >"$work/cut"
     : >"$work/empty"
-    printf '\211PNG\r\n\032\n\0\0\0\rIHDR\0\1\206\240\0\1\206\240\10\2\0\0\0\373\137\223\320' >"$work/huge" # 100,000 x 100,000
-    local kinds=("noise	unsupported" "cut	invalid data" "empty	unsupported" "huge	too large" "	file access") i kind file
+    python3 -c 'import struct, sys, zlib
+header = b"IHDR" + struct.pack(">IIBBBBB", 100_000, 100_000, 8, 2, 0, 0, 0)
+sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header)))' >"$work/huge"
+    local kinds=("noise	unsupported" "cut	invalid data" "empty	invalid data" "huge	too large" "	file access") i kind file
     for ((i = 0; i < number / 25; ++i)); do
         kind=${kinds[i % ${#kinds[@]}]} file=${kind%%	*}
         printf 'broken/%d.jpg\t%s\n' "$i" "${kind#*	}" >>"$work/broken"
