@@ -56,7 +56,7 @@ start_broker "$work/broker"
 for round in 1 2 3; do
     for count in 1 2; do run "$count" "q$count$round" 8 "j$count$round" >>"$work/rates$count"; done
 done
-run 1 done 1 j11 >"$work/rate_done" # again what the first one did: documents are found, and published
+run 1 again 1 j11 >"$work/rate_done" # again what the first one did: documents are found, and published
 seq 50000 | "$PROGRAMS/photo3d_queue" --broker "$broker_url" --queue many submit --photos-per-message 1 >"$work/many"
 python3 - "$work" "$number" "$(nproc)" <<'SUMMARY'
 import json, statistics, sys

@@ -4,7 +4,7 @@
 #   stop_broker            ends it, as a restart of its machine would
 #   remove_broker          ends it and what Erlang leaves running
 
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034
 
 # Prints so many ports that are free now. None is of those that the system gives to who connects: who asks for such a port before
 # somebody listens there may get it for both ends, and be connected to itself.
@@ -31,8 +31,9 @@ start_broker() {
     fi
     broker_url=amqp://guest:guest@127.0.0.1:$broker_port
     # Debian's own wrapper in the PATH would go on as another user, on the system's folders. Under systemd this script becomes the broker
-    # instead of starting it, so that its process is the one to be ended.
-    env RUNNING_UNDER_SYSTEMD=1 HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
+    # instead of starting it, so that its process is the one to be ended. It is not to wait for work by keeping cores busy: workers share
+    # them.
+    env RUNNING_UNDER_SYSTEMD=1 RABBITMQ_SERVER_ADDITIONAL_ERL_ARGS="+sbwt none +sbwtdcpu none +sbwtdio none" HOME="$folder" ERL_EPMD_PORT="$broker_names_port" ERL_EPMD_ADDRESS=127.0.0.1 RABBITMQ_CONF_ENV_FILE="$folder/environment" \
         RABBITMQ_NODENAME="ldi-$broker_port@localhost" RABBITMQ_DIST_PORT="$broker_distribution_port" \
         RABBITMQ_CONFIG_FILE="$folder/broker.conf" RABBITMQ_ENABLED_PLUGINS_FILE="$folder/plugins" \
         RABBITMQ_MNESIA_BASE="$folder/data" RABBITMQ_LOG_BASE="$folder/log" \

@@ -29,6 +29,15 @@ def logs_are_structured(*logs):
     return bool(every) and all({"time", "level", "event", "process"} <= line.keys() for line in every)
 
 
+def have_events(log, event, number):
+    return sum(line["event"] == event for line in lines(log)) == int(number)
+
+
+def was_given_out(log, times):
+    """Of the messages of one photo, the one that was given out most often was so many times."""
+    return max(line["earlier"] for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
+
+
 def some_came_again(*logs):
     """A message that was given out before was given out to one of these workers."""
     return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))

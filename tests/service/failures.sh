@@ -89,7 +89,8 @@ is_one_without_storage() { health_is "$second_address" 503 || health_is "$third_
 count_step "without the storage the worker is not healthy, and tries again" wait_until 60 is_one_without_storage
 mend_network
 
-is_collected() { wait_until 600 eval '! kill -0 "$collector" 2>/dev/null' && wait "$collector"; }
+has_ended() { ! kill -0 "$1" 2>/dev/null; }
+is_collected() { wait_until 600 has_ended "$collector" && wait "$collector"; }
 count_step "all is collected" is_collected
 collector=
 cat "$work/collected"

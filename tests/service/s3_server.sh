@@ -5,7 +5,7 @@
 #   s3_put LIST, s3_get LIST  copies files; each line of LIST is a file's path, a tab, and a key of the bucket
 #   remove_s3
 
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034
 
 start_s3() {
     local folder=$1 address=127.0.0.1 port within=()
