@@ -1,5 +1,5 @@
-// Connections to RabbitMQ, on librabbitmq. Whatever goes wrong raises error_code::unavailable: who uses a connection then drops it
-// and makes another, since the broker gives all that was not acknowledged on it to others.
+// Connections to RabbitMQ, on librabbitmq. Whatever goes wrong raises error_code::unavailable: who uses a connection then drops
+// it and makes another, since the broker gives all that was not acknowledged on it to others.
 #pragma once
 
 #include "message.hpp"
@@ -31,8 +31,8 @@ struct delivery {
     std::string reason_of_death;  ///< why the broker made it a dead letter; empty: it did not
 };
 
-/// One connection with one channel. Not for several threads: none of its functions waits long but connecting, and one of them is to be
-/// called every few seconds, since they also send the heartbeats by which the broker knows that somebody is there.
+/// One connection with one channel. Not for several threads: none of its functions waits long but connecting, and one of them is
+/// to be called every few seconds, since they also send the heartbeats by which the broker knows that somebody is there.
 class broker_connection {
 public:
     /// url  amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST
@@ -48,7 +48,8 @@ public:
         where_ = std::string("broker ") + at.host + ":" + std::to_string(at.port);
         check(socket == nullptr ? AMQP_STATUS_NO_MEMORY : amqp_socket_open_noblock(socket, at.host, at.port, &patience));
         constexpr int frame_bytes = 131072, heartbeat_seconds = 30;
-        check(amqp_login(state_.get(), at.vhost, 0, frame_bytes, heartbeat_seconds, AMQP_SASL_METHOD_PLAIN, at.user, at.password));
+        check(
+            amqp_login(state_.get(), at.vhost, 0, frame_bytes, heartbeat_seconds, AMQP_SASL_METHOD_PLAIN, at.user, at.password));
         amqp_channel_open(state_.get(), channel);
         check();
     }
@@ -56,8 +57,8 @@ public:
     broker_connection(const broker_connection&) = delete;
     broker_connection& operator=(const broker_connection&) = delete;
 
-    /// Makes the three queues, if they are not there. All survive the broker's restart; one that several brokers hold survives the loss
-    /// of a minority of them. What was given out `delivery_limit` times and never acknowledged becomes a dead letter.
+    /// Makes the three queues, if they are not there. All survive the broker's restart; one that several brokers hold survives
+    /// the loss of a minority of them. What was given out `delivery_limit` times and never acknowledged becomes a dead letter.
     void declare(const queue_names& names) {
         const auto text = [](const char* value) {
             amqp_field_value_t field{};
@@ -65,7 +66,8 @@ public:
             return field;
         };
         amqp_field_value_t limit{};
-        limit.kind = AMQP_FIELD_KIND_I32, limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that it may come back
+        limit.kind = AMQP_FIELD_KIND_I32,
+        limit.value.i32 = static_cast<std::int32_t>(delivery_limit) - 1;  // times that it may come back
         const amqp_table_entry_t quorum{amqp_cstring_bytes("x-queue-type"), text("quorum")};
         declare(names.dead, {quorum});
         declare(names.results, {quorum});
@@ -73,8 +75,8 @@ public:
                                {amqp_cstring_bytes("x-delivery-limit"), limit},
                                {amqp_cstring_bytes("x-dead-letter-exchange"), text("")},
                                {amqp_cstring_bytes("x-dead-letter-routing-key"), text(names.dead.c_str())},
-                               // A dead letter leaves this queue once it is safe in the other, and for that new messages are refused
-                               // where a queue is full.
+                               // A dead letter leaves this queue once it is safe in the other, and for that new messages are
+                               // refused where a queue is full.
                                {amqp_cstring_bytes("x-dead-letter-strategy"), text("at-least-once")},
                                {amqp_cstring_bytes("x-overflow"), text("reject-publish")}});
     }
@@ -93,7 +95,8 @@ public:
         const timeval time{patience.count() / 1000, patience.count() % 1000 * 1000};
         amqp_maybe_release_buffers(state_.get());
         const amqp_rpc_reply_t reply = amqp_consume_message(state_.get(), &envelope, &time, 0);
-        if (reply.reply_type == AMQP_RESPONSE_LIBRARY_EXCEPTION && reply.library_error == AMQP_STATUS_TIMEOUT) return std::nullopt;
+        if (reply.reply_type == AMQP_RESPONSE_LIBRARY_EXCEPTION && reply.library_error == AMQP_STATUS_TIMEOUT)
+            return std::nullopt;
         check(reply);
         const std::unique_ptr<amqp_envelope_t, decltype(&amqp_destroy_envelope)> owner(&envelope, amqp_destroy_envelope);
         delivery result{envelope.delivery_tag, text(envelope.consumer_tag), text(envelope.message.body), 0, {}};

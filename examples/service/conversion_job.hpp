@@ -39,7 +39,8 @@ struct finished_message {
 class conversion_job {
 public:
     /// is_ending  makes it end after the photo in hand
-    conversion_job(const arguments& a, storage& photos, storage& outputs, worker_metrics& metrics, const std::atomic<bool>& is_ending)
+    conversion_job(const arguments& a, storage& photos, storage& outputs, worker_metrics& metrics,
+                   const std::atomic<bool>& is_ending)
         : arguments_(a),
           photos_(photos),
           outputs_(outputs),

@@ -65,9 +65,7 @@ inline std::string to_line(const nlohmann::ordered_json& value) {
     return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-inline std::string to_text(const photo_message& message) {
-    return to_line({{"job", message.job}, {"photos", message.photos}});
-}
+inline std::string to_text(const photo_message& message) { return to_line({{"job", message.job}, {"photos", message.photos}}); }
 
 /// The beginning of a photo's document.
 inline nlohmann::ordered_json document_of(const std::string& job, const std::string& photo) {

@@ -7,12 +7,12 @@
 #include <ldi/base/error.hpp>
 
 #include <httplib.h>
-#include <nlohmann/json.hpp>
 #include <prometheus/counter.h>
 #include <prometheus/family.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
+#include <nlohmann/json.hpp>
 
 #include <unistd.h>
 
@@ -39,14 +39,17 @@ public:
     prometheus::Counter& bytes_written = counter("photo3d_written_bytes_total", "Bytes of GLB files that were written.");
     prometheus::Counter& messages = counter("photo3d_messages_total", "Messages that were acknowledged.");
     prometheus::Counter& given_back = counter("photo3d_messages_given_back_total", "Messages that were given back.");
-    prometheus::Counter& storage_failures = counter("photo3d_storage_failures_total", "Tries that failed because of the storage.");
+    prometheus::Counter& storage_failures =
+        counter("photo3d_storage_failures_total", "Tries that failed because of the storage.");
     prometheus::Counter& connections = counter("photo3d_broker_connections_total", "Connections made to the broker.");
 
     /// A failure for good, by its code.
     void count_failure(const std::string& code) { failures_.Add({{"code", code}}).Increment(); }
 
     void observe(const std::string& stage, double seconds) {
-        stages_.Add({{"stage", stage}}, prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10})
+        stages_
+            .Add({{"stage", stage}},
+                 prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10})
             .Observe(seconds);
     }
 
@@ -57,13 +60,21 @@ private:
         return prometheus::BuildCounter().Name(name).Help(help).Register(registry_).Add({});
     }
     prometheus::Counter& photos(const char* outcome) {
-        return prometheus::BuildCounter().Name("photo3d_photos_total").Help("Photos by what became of them.").Register(registry_).Add({{"outcome", outcome}});
+        return prometheus::BuildCounter()
+            .Name("photo3d_photos_total")
+            .Help("Photos by what became of them.")
+            .Register(registry_)
+            .Add({{"outcome", outcome}});
     }
 
-    prometheus::Family<prometheus::Counter>& failures_ =
-        prometheus::BuildCounter().Name("photo3d_failures_total").Help("Photos that failed for good, by code.").Register(registry_);
-    prometheus::Family<prometheus::Histogram>& stages_ =
-        prometheus::BuildHistogram().Name("photo3d_stage_seconds").Help("Seconds that a photo was in a stage.").Register(registry_);
+    prometheus::Family<prometheus::Counter>& failures_ = prometheus::BuildCounter()
+                                                             .Name("photo3d_failures_total")
+                                                             .Help("Photos that failed for good, by code.")
+                                                             .Register(registry_);
+    prometheus::Family<prometheus::Histogram>& stages_ = prometheus::BuildHistogram()
+                                                             .Name("photo3d_stage_seconds")
+                                                             .Help("Seconds that a photo was in a stage.")
+                                                             .Register(registry_);
 };
 
 /// Answers /metrics and /health over HTTP on a thread of its own.
@@ -109,7 +120,8 @@ private:
 };
 
 /// Writes a line of JSON to standard output. For any thread.
-inline void log_event(const char* level, const char* event, const nlohmann::ordered_json& facts = nlohmann::ordered_json::object()) {
+inline void log_event(const char* level, const char* event,
+                      const nlohmann::ordered_json& facts = nlohmann::ordered_json::object()) {
     const auto now = std::chrono::system_clock::now();
     const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
     std::tm date{};

@@ -1,5 +1,5 @@
-// Both ends of the queues: `submit` reads keys of photos, one per line, and sends them in messages; `collect` writes the documents of
-// photos to files, one line per photo, however often a document comes.
+// Both ends of the queues: `submit` reads keys of photos, one per line, and sends them in messages; `collect` writes the
+// documents of photos to files, one line per photo, however often a document comes.
 
 #include "../photo3d/batch_log.hpp"
 #include "../photo3d/messages.hpp"
@@ -117,9 +117,9 @@ template <class Take>
 void for_each_document(const delivery& message, Take take) {
     nlohmann::ordered_json document = nlohmann::ordered_json::parse(message.body, nullptr, false);
     if (message.reason_of_death.empty() && document.is_object()) return take(document);
-    const failure why{exit_try_again, message.reason_of_death.empty() ? "invalid data" : message.reason_of_death,
-                      "given out " + std::to_string(broker_connection::delivery_limit) +
-                          " times, and nobody who had it came to its end"};
+    const failure why{
+        exit_try_again, message.reason_of_death.empty() ? "invalid data" : message.reason_of_death,
+        "given out " + std::to_string(broker_connection::delivery_limit) + " times, and nobody who had it came to its end"};
     try {
         const photo_message names = parse_message(message.body);
         for (const std::string& photo : names.photos) {
@@ -149,10 +149,8 @@ public:
             }
         }
         results_.save(), dead_.save();
-        write_line({{"results", results_.count()},
-                    {"dead", dead_.count()},
-                    {"dropped", dropped_},
-                    {"seconds", seconds_since(begun)}});
+        write_line(
+            {{"results", results_.count()}, {"dead", dead_.count()}, {"dropped", dropped_}, {"seconds", seconds_since(begun)}});
     }
 
 private:
@@ -209,7 +207,8 @@ int main(int count, char** values) {
     CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
     collecting->add_option("--results", options.results, "file of those that were converted")->required();
     collecting->add_option("--dead", options.dead, "file of those that can't be")->required();
-    collecting->add_option("--expected", options.expected, "number of photos after which to end; 0: never")->capture_default_str();
+    collecting->add_option("--expected", options.expected, "number of photos after which to end; 0: never")
+        ->capture_default_str();
     app.require_subcommand(1);
     try {
         app.parse(count, values);

@@ -1,5 +1,5 @@
-// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4, with
-// the SHA-256 of what is sent, so that nothing else can arrive).
+// Storage that speaks S3's protocol: Amazon's, MinIO, Ceph and others. libcurl sends requests, and signs them (AWS Signature 4,
+// with the SHA-256 of what is sent, so that nothing else can arrive).
 #pragma once
 
 #include "storage.hpp"
@@ -141,8 +141,7 @@ private:
     }
 
     void check(const std::string& url, CURLcode done, const answer& answered) const {
-        if (answered.is_too_large)
-            raise(error_code::too_large, url, "at most " + std::to_string(most_bytes) + " bytes", "more");
+        if (answered.is_too_large) raise(error_code::too_large, url, "at most " + std::to_string(most_bytes) + " bytes", "more");
         if (done != CURLE_OK) raise(error_code::unavailable, url, "an answer", curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);

@@ -1,5 +1,5 @@
-// Where photos lie and outputs go: bytes under keys. Two kinds, a folder and what speaks S3's protocol, and a coat for either that
-// tries again.
+// Where photos lie and outputs go: bytes under keys. Two kinds, a folder and what speaks S3's protocol, and a coat for either
+// that tries again.
 #pragma once
 
 #include "message.hpp"
@@ -31,8 +31,8 @@ public:
 
     virtual ~storage() = default;
 
-    /// Raises file_access where there is no such object, too_large, and unavailable for all that is not the object's fault: no network,
-    /// no space, wrong credentials.
+    /// Raises file_access where there is no such object, too_large, and unavailable for all that is not the object's fault: no
+    /// network, no space, wrong credentials.
     virtual std::vector<std::byte> get(const std::string& key) = 0;
 
     /// Whoever gets it meanwhile gets the old bytes or the new ones. Raises as get() does.

@@ -1,6 +1,6 @@
-// A worker: takes messages that name photos from a queue, converts the photos of one storage into GLB files in another, and publishes
-// a document per photo. It acknowledges a message once all its documents are safe with the broker, so that nothing is lost, whatever
-// ends it. One thread converts, another talks to the broker.
+// A worker: takes messages that name photos from a queue, converts the photos of one storage into GLB files in another, and
+// publishes a document per photo. It acknowledges a message once all its documents are safe with the broker, so that nothing is
+// lost, whatever ends it. One thread converts, another talks to the broker.
 
 #include "../photo3d/arguments.hpp"
 #include "../photo3d/batch_list.hpp"
@@ -13,8 +13,8 @@
 #include "s3_storage.hpp"
 #include "storage.hpp"
 
-#include <CLI/CLI.hpp>
 #include <curl/curl.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -37,7 +37,7 @@ std::atomic<bool> is_ending{false};
 
 struct worker_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", photos, outputs, http;
-    double patience = 600;  // less than the half hour after which RabbitMQ takes a message back
+    double patience = 600;       // less than the half hour after which RabbitMQ takes a message back
     std::uint16_t prefetch = 1;  // with more, a photo that ends workers takes messages with it that are none the worse
     std::vector<std::string> conversion;
 };
@@ -82,8 +82,8 @@ private:
         return {{"broker", has_broker_.load()}, {"photos", photos_.is_there()}, {"outputs", outputs_.is_there()}};
     }
 
-    /// On one pair of connections, until one fails. A broker that is short of memory stops who publishes, by connection: acknowledging
-    /// is to go on.
+    /// On one pair of connections, until one fails. A broker that is short of memory stops who publishes, by connection:
+    /// acknowledging is to go on.
     void serve() {
         const queue_names names(options_.queue);
         broker_connection out(options_.broker), in(options_.broker);
@@ -109,7 +109,8 @@ private:
             metrics_.given_back.Increment();
             return in.give_back(finished.tag);
         }
-        for (const nlohmann::ordered_json& document : done.results) out.publish(names.results, id_of(document), to_line(document));
+        for (const nlohmann::ordered_json& document : done.results)
+            out.publish(names.results, id_of(document), to_line(document));
         for (const nlohmann::ordered_json& document : done.dead) out.publish(names.dead, id_of(document), to_line(document));
         for (const photo_message& part : done.parts) out.publish(names.photos, "", to_text(part));
         out.confirm();
@@ -145,7 +146,9 @@ void describe(CLI::App& app, worker_options& options) {
     app.add_option("--photos", options.photos, "where photos lie: a folder, or s3://BUCKET/PREFIX")->required();
     app.add_option("--outputs", options.outputs, "where GLB files and their documents go, likewise")->required();
     app.add_option("--http", options.http, "HOST:PORT that answers /metrics and /health; default: none");
-    app.add_option("--prefetch", options.prefetch, "messages that it holds at once")->check(between(1, 1000))->capture_default_str();
+    app.add_option("--prefetch", options.prefetch, "messages that it holds at once")
+        ->check(between(1, 1000))
+        ->capture_default_str();
     app.add_option("--patience", options.patience,
                    "seconds for which it tries again what storage can't do, before it gives a message back")
         ->check(between(0, 1700))

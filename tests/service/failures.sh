@@ -21,8 +21,10 @@ make_photos() {
     head -c 300 "$one_photo" >"$work/cut"
     : >"$work/empty"
     python3 -c 'import struct, sys, zlib
-header = b"IHDR" + struct.pack(">IIBBBBB", 100_000, 100_000, 8, 2, 0, 0, 0)
-sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header)))' >"$work/huge"
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+header = struct.pack(">IIBBBBB", 30_000, 30_000, 8, 2, 0, 0, 0)
+sys.stdout.buffer.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", bytes(4_000_000)) + chunk(b"IEND", b""))' >"$work/huge"
     local kinds=("noise	unsupported" "cut	invalid data" "empty	invalid data" "huge	too large" "	file access") i kind file
     for ((i = 0; i < number / 25; ++i)); do
         kind=${kinds[i % ${#kinds[@]}]} file=${kind%%	*}
