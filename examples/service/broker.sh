@@ -7,7 +7,8 @@
 # shellcheck shell=bash disable=SC2034
 
 # Prints so many ports that are free now. None is of those that the system gives to who connects: who asks for such a port before
-# somebody listens there may get it for both ends, and be connected to itself.
+# somebody listens there may get it for both ends, and be connected to itself. To be used as <<<"$(free_ports N)", which waits until
+# nobody listens there any more.
 free_ports() {
     python3 -c 'import random, socket, sys
 sockets = []
@@ -22,7 +23,7 @@ print(*(s.getsockname()[1] for s in sockets))' "$1"
 start_broker() {
     local folder=$1 waited=0
     if [ -z "${broker_port:-}" ]; then
-        read -r broker_port broker_distribution_port broker_names_port < <(free_ports 3)
+        read -r broker_port broker_distribution_port broker_names_port <<<"$(free_ports 3)"
         mkdir -p "$folder"
         # Nobody but this machine gets in.
         printf '%s\n' "listeners.tcp.1 = 127.0.0.1:$broker_port" 'log.console = false' >"$folder/broker.conf"

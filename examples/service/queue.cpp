@@ -29,6 +29,7 @@
 #include <string_view>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 namespace ldi::examples {
 namespace {
@@ -43,30 +44,69 @@ double seconds_since(std::chrono::steady_clock::time_point begun) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 }
 
-/// What fails leaves it open how much of it was sent: the same again, of the same job, is done once.
-void submit(const queue_options& options) {
-    constexpr std::size_t messages_under_way = 256;
-    const queue_names names(options.queue);
-    broker_connection connection(options.broker);
-    connection.declare(names);
-    connection.begin_publishing();
-    const auto begun = std::chrono::steady_clock::now();
-    std::size_t photos = 0, messages = 0;
-    photo_message next{options.job, {}};
-    const auto send = [&] {
-        if (next.photos.empty()) return;
-        connection.publish(names.photos, "", to_text(next));
-        next.photos.clear();
-        if (++messages % messages_under_way == 0) connection.confirm();
-    };
-    for (std::string key; std::getline(std::cin, key);) {
-        check_key(key);
-        next.photos.push_back(key), ++photos;
-        if (next.photos.size() == options.photos_per_message) send();
+/// Sends messages some at a time, and those again of which it is not known whether the broker has them: of the same job, they are
+/// done once.
+class submitter {
+public:
+    explicit submitter(const queue_options& options) : options_(options) {}
+
+    void send(const photo_message& message) {
+        constexpr std::size_t together = 256;
+        waiting_.push_back(to_text(message)), ++count_;
+        if (waiting_.size() == together) finish();
     }
-    send();
-    connection.confirm();
-    write_line({{"job", options.job}, {"photos", photos}, {"messages", messages}, {"seconds", seconds_since(begun)}});
+
+    /// Returns once the broker has all. Raises unavailable if that takes too long, and what connecting raises.
+    void finish() {
+        constexpr double patience = 60;
+        for (const auto begun = std::chrono::steady_clock::now(); !waiting_.empty();) {
+            try {
+                send_waiting();
+            } catch (const error& failed) {
+                connection_.reset();
+                if (failed.code() != error_code::unavailable || seconds_since(begun) > patience) throw;
+                say(failed.what());
+                sleep(1);
+            }
+        }
+    }
+
+    std::size_t count() const { return count_; }
+
+private:
+    void send_waiting() {
+        const queue_names names(options_.queue);
+        if (!connection_) {
+            connection_.emplace(options_.broker);
+            connection_->declare(names);
+            connection_->begin_publishing();
+        }
+        for (const std::string& text : waiting_) connection_->publish(names.photos, "", text);
+        connection_->confirm();
+        waiting_.clear();
+    }
+
+    const queue_options& options_;
+    std::optional<broker_connection> connection_;
+    std::vector<std::string> waiting_;
+    std::size_t count_ = 0;
+};
+
+void submit(const queue_options& options) {
+    const auto begun = std::chrono::steady_clock::now();
+    submitter to(options);
+    std::size_t photos = 0;
+    photo_message next{options.job, {}};
+    for (std::string key; std::getline(std::cin, key); ++photos) {
+        check_key(key);
+        next.photos.push_back(key);
+        if (next.photos.size() < options.photos_per_message) continue;
+        to.send(next);
+        next.photos.clear();
+    }
+    if (!next.photos.empty()) to.send(next);
+    to.finish();
+    write_line({{"job", options.job}, {"photos", photos}, {"messages", to.count()}, {"seconds", seconds_since(begun)}});
 }
 
 /// A file of lines that only grows. What it holds when it is opened counts.

@@ -35,7 +35,7 @@ if [ -z "${PROGRAMS:-}" ]; then
 fi
 
 start_broker "$work/broker"
-read -r port_1 port_2 < <(free_ports 2)
+read -r port_1 port_2 <<<"$(free_ports 2)"
 for port in "$port_1" "$port_2"; do
     "$PROGRAMS/photo3d_worker" --broker "$broker_url" --photos "$photos" --outputs "$outputs" --http "127.0.0.1:$port" \
         >"$work/log.$port" &

@@ -45,7 +45,7 @@ lines_of() { cat "$@" 2>/dev/null | wc -l; }
 # start_worker NAME QUEUE PHOTOS OUTPUTS [OPTION...]: sets worker, its process, worker_log and worker_address.
 start_worker() {
     local port
-    read -r port < <(free_ports 1)
+    read -r port <<<"$(free_ports 1)"
     worker_log=$work/$1.log
     worker_address=http://127.0.0.1:$port
     "$PROGRAMS/photo3d_worker" --broker "$broker_url" --queue "$2" --photos "$3" --outputs "$4" --http "127.0.0.1:$port" "${@:5}" \

@@ -9,7 +9,7 @@
 
 start_s3() {
     local folder=$1 address=127.0.0.1 port within=()
-    read -r port < <(free_ports 1)
+    read -r port <<<"$(free_ports 1)"
     s3_bucket=$2
     s3_namespace=ldi-s3-$$
     if ip netns add "$s3_namespace" 2>/dev/null; then

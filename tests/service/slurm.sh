@@ -25,7 +25,7 @@ trap clean_up EXIT
 start_cluster() {
     local node controller_port node_port user
     node=$(hostname -s) user=$(id -un)
-    read -r controller_port node_port < <(free_ports 2)
+    read -r controller_port node_port <<<"$(free_ports 2)"
     mkdir -p "$work/state" "$work/spool" "$work/munge"
     head -c 1024 /dev/urandom >"$work/munge/key"
     chmod 700 "$work/munge"
