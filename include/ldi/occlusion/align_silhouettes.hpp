@@ -13,7 +13,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/occlusion/detail/curve_band.hpp>
+#include <ldi/occlusion/detail/straightened_curve.hpp>
 #include <ldi/occlusion/detail/trace_curves.hpp>
 
 #include <algorithm>
