@@ -219,16 +219,10 @@ inline error_handler set_error_handler(error_handler handler) {
 }  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes
-// its memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+// Where ldi's memory comes from: the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every
+// stage. What owns values on it is base/buffer.hpp.
 
-#include <concepts>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <initializer_list>
-#include <new>
-#include <type_traits>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -241,9 +235,6 @@ struct memory {
     /// Takes back what `allocate` returned for the same number of bytes.
     void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
 };
-
-/// The start of a cache line, so that no vector load of packed values straddles two.
-inline constexpr std::size_t buffer_alignment = 64;
 
 namespace detail {
 
@@ -258,23 +249,6 @@ inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_t
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
-}
-
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
-template <class T>
-concept element_iterator = requires(T i) {
-    *i;
-    ++i;
-    i - i;
-};
-
-/// Apart from `buffer`, so that it is compiled once for all element types.
-[[noreturn]] inline void out_of_memory() {
-#if LDI_HAS_EXCEPTIONS
-    throw std::bad_alloc();
-#else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
-#endif
 }
 
 }  // namespace detail
@@ -297,9 +271,80 @@ private:
     const memory* before_;
 };
 
+}  // namespace ldi
+
+// ---- ldi/base/buffer.hpp
+// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <new>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The start of a cache line, so that no vector load of packed values straddles two.
+inline constexpr std::size_t buffer_alignment = 64;
+
 /// Asks for values that are left as they are. Without it a buffer sets them to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
+
+namespace detail {
+
+/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    i - i;
+};
+
+/// Apart from `buffer`, so that it is compiled once for all element types.
+[[noreturn]] inline void out_of_memory() {
+#if LDI_HAS_EXCEPTIONS
+    throw std::bad_alloc();
+#else
+    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+#endif
+}
+
+/// What a buffer holds, whatever its values: compiled once for all types.
+struct memory_block {
+    void* values = nullptr;
+    std::size_t size = 0, capacity = 0;  ///< in values
+    const memory* from = nullptr;
+
+    /// A larger place, in which nothing is yet.
+    void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        if (from == nullptr) from = &current_memory();
+        if (new_capacity > SIZE_MAX / 2 / value_size) out_of_memory();
+        void* place = from->allocate(from->context, new_capacity * value_size, alignment);
+        if (place == nullptr) out_of_memory();
+        return place;
+    }
+    /// Goes on with `place`, where the values are now.
+    void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
+        release(value_size);
+        values = place, capacity = new_capacity;
+    }
+    /// For values that move as bytes.
+    [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        void* place = allocate(new_capacity, value_size, alignment);
+        if (size > 0) std::memcpy(place, values, size * value_size);
+        replace(place, new_capacity, value_size);
+    }
+    void release(std::size_t value_size) const {
+        if (values != nullptr) from->release(from->context, values, capacity * value_size);
+    }
+    std::size_t grown(std::size_t needed) const {
+        const std::size_t more = capacity + capacity / 2 + 4;
+        return more > needed ? more : needed;
+    }
+};
+
+}  // namespace detail
 
 /// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
 /// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
@@ -323,11 +368,7 @@ public:
         append(first, last);
     }
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
-    buffer(buffer&& other) noexcept
-        : values_(std::exchange(other.values_, nullptr)),
-          size_(std::exchange(other.size_, 0)),
-          capacity_(std::exchange(other.capacity_, 0)),
-          from_(std::exchange(other.from_, nullptr)) {}
+    buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
         if (this != &other) assign(other.begin(), other.end());
         return *this;
@@ -336,52 +377,60 @@ public:
         buffer(std::move(other)).swap(*this);
         return *this;
     }
-    ~buffer() { release(); }
+    ~buffer() {
+        destroy_from(0);
+        block_.release(sizeof(T));
+    }
 
-    std::size_t size() const { return size_; }
+    std::size_t size() const { return block_.size; }
     /// size() in the type that ldi's indices have; also the index of the value that is appended next.
     std::int32_t count() const {
-        LDI_ASSERT(size_ <= 0x7FFFFFFF);
-        return static_cast<std::int32_t>(size_);
+        LDI_ASSERT(size() <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size());
     }
-    std::size_t capacity() const { return capacity_; }
-    bool empty() const { return size_ == 0; }
-    T* data() { return values_; }
-    const T* data() const { return values_; }
-    T* begin() { return values_; }
-    const T* begin() const { return values_; }
-    T* end() { return values_ + size_; }
-    const T* end() const { return values_ + size_; }
+    std::size_t capacity() const { return block_.capacity; }
+    bool empty() const { return size() == 0; }
+    T* data() { return static_cast<T*>(block_.values); }
+    const T* data() const { return static_cast<const T*>(block_.values); }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size(); }
+    const T* end() const { return data() + size(); }
 
     template <std::integral Index>
     T& operator[](Index i) {
-        return values_[static_cast<std::size_t>(i)];
+        return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
-        return values_[static_cast<std::size_t>(i)];
+        return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return (*this)[0]; }
-    const T& front() const { return (*this)[0]; }
-    T& back() { return (*this)[size_ - 1]; }
-    const T& back() const { return (*this)[size_ - 1]; }
+    T& front() { return *data(); }
+    const T& front() const { return *data(); }
+    T& back() { return end()[-1]; }
+    const T& back() const { return end()[-1]; }
 
     /// New values are zero.
     void resize(std::size_t count) {
-        change_size(count, [](T* place) { construct(place); });
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T();
     }
     /// New values of trivial types are not set.
     void resize(std::size_t count, unset_t) {
-        if constexpr (std::is_trivially_default_constructible_v<T>)
-            change_size(count, [](T*) {});
-        else
+        if constexpr (__is_trivially_constructible(T)) {
+            make_size(count);
+            block_.size = count;
+        } else {
             resize(count);
+        }
     }
     void resize(std::size_t count, const T& value) {
-        change_size(count, [copy = value](T* place) { construct(place, copy); });
+        const T copy = value;  // it may lie in what moves
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
     void reserve(std::size_t count) {
-        if (count > capacity_) reallocate(count);
+        if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
     void assign(std::size_t count, const T& value) {
@@ -398,116 +447,95 @@ public:
     void push_back(T&& value) { emplace_back(std::move(value)); }
     template <class... Arguments>
     T& emplace_back(Arguments&&... arguments) {
-        if (size_ == capacity_) {
+        if (size() == capacity()) {
             T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
-            reallocate(grown(size_ + 1));
-            construct(values_ + size_, std::move(made));
+            reallocate(block_.grown(size() + 1));
+            ::new (place_at_end()) T(std::move(made));
         } else {
-            construct(values_ + size_, std::forward<Arguments>(arguments)...);
+            ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return values_[size_++];  // only now: what could not be made is not destroyed
+        return data()[block_.size++];  // only now: what could not be made is not destroyed
     }
-    void pop_back() {
-        --size_;
-        values_[size_].~T();
-    }
+    void pop_back() { destroy_from(size() - 1); }
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
-        const std::size_t count = distance(first, last);
-        if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
-        for (; first != last; ++first, ++size_) construct(values_ + size_, static_cast<T>(*first));
+        make_room(size() + static_cast<std::size_t>(last - first));
+        for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = distance(begin(), place), moved = size_ - at, count = distance(first, last);
-        if (size_ + count > capacity_) reallocate(grown(size_ + count));
-        if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
-        for (T* to = values_ + at; first != last; ++first, ++to) construct(to, static_cast<T>(*first));
-        size_ += count;
-        return values_ + at;
+        static_assert(moves_as_bytes);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
+        const std::size_t count = static_cast<std::size_t>(last - first);
+        if (size() + count > capacity()) reallocate(block_.grown(size() + count));
+        place = begin() + at;
+        if (moved > 0) std::memmove(static_cast<void*>(place + count), place, moved * sizeof(T));
+        for (T* to = place; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        block_.size += count;
+        return place;
     }
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        if (last != end()) std::memmove(static_cast<void*>(first), last, distance(last, end()) * sizeof(T));
-        size_ -= distance(first, last);
+        static_assert(moves_as_bytes);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
+        block_.size -= static_cast<std::size_t>(last - first);
         return first;
     }
     T* erase(T* place) { return erase(place, place + 1); }
 
     void swap(buffer& other) noexcept {
-        std::swap(values_, other.values_);
-        std::swap(size_, other.size_);
-        std::swap(capacity_, other.capacity_);
-        std::swap(from_, other.from_);
+        const detail::memory_block mine = block_;
+        block_ = other.block_;
+        other.block_ = mine;
     }
     friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
     friend bool operator==(const buffer& a, const buffer& b) {
-        if (a.size_ != b.size_) return false;
-        for (std::size_t i = 0; i < a.size_; ++i)
-            if (!(a.values_[i] == b.values_[i])) return false;
+        if (a.size() != b.size()) return false;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (!(a[i] == b[i])) return false;
         return true;
     }
 
 private:
-    template <class... Arguments>
-    static T& construct(T* place, Arguments&&... arguments) {
-        return *::new (static_cast<void*>(place)) T(std::forward<Arguments>(arguments)...);
-    }
-    template <class Iterator>
-    static std::size_t distance(Iterator first, Iterator last) {
-        return static_cast<std::size_t>(last - first);
-    }
+    // Built into compilers, which std::is_trivially_copyable_v is not: it would take a fifth of the time to parse ldi.
+    static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
+    static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
-    std::size_t grown(std::size_t needed) const {
-        const std::size_t more = capacity_ + capacity_ / 2 + 4;
-        return more > needed ? more : needed;
-    }
+    void* place_at_end() { return static_cast<void*>(end()); }
 
-    template <class Make>
-    void change_size(std::size_t count, Make make) {
-        if (count < size_) destroy_from(count);
-        if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
-        for (; size_ < count; ++size_) make(values_ + size_);
+    void make_room(std::size_t count) {
+        if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
+    }
+    // Has room for `count` values, and no more values than that.
+    void make_size(std::size_t count) {
+        if (count < size()) destroy_from(count);
+        make_room(count);
     }
 
     void destroy_from(std::size_t count) {
-        if constexpr (!std::is_trivially_destructible_v<T>)
-            for (std::size_t i = count; i < size_; ++i) values_[i].~T();
-        size_ = count;
+        if constexpr (!moves_as_bytes)
+            for (std::size_t i = count; i < size(); ++i) data()[i].~T();
+        block_.size = count;
     }
 
-    [[gnu::noinline]] void reallocate(std::size_t capacity) {  // seldom called, from very many places
-        if (from_ == nullptr) from_ = &current_memory();
-        if (capacity > SIZE_MAX / 2 / sizeof(T)) detail::out_of_memory();
-        constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
-        T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
-        if (values == nullptr) detail::out_of_memory();
-        if constexpr (std::is_trivially_copyable_v<T>) {
-            if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
-        } else {
-            for (std::size_t i = 0; i < size_; ++i) {
-                construct(values + i, std::move(values_[i]));
-                values_[i].~T();
-            }
+    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+        if constexpr (moves_as_bytes)
+            block_.reallocate(new_capacity, sizeof(T), alignment);
+        else
+            move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
+    }
+    [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
+        for (std::size_t i = 0; i < size(); ++i) {
+            ::new (static_cast<void*>(place + i)) T(std::move(data()[i]));
+            data()[i].~T();
         }
-        if (values_ != nullptr) from_->release(from_->context, values_, capacity_ * sizeof(T));
-        values_ = values, capacity_ = capacity;
+        block_.replace(place, new_capacity, sizeof(T));
     }
 
-    void release() {
-        if (values_ == nullptr) return;
-        destroy_from(0);
-        from_->release(from_->context, values_, capacity_ * sizeof(T));
-    }
-
-    T* values_ = nullptr;
-    std::size_t size_ = 0, capacity_ = 0;
-    const memory* from_ = nullptr;
+    detail::memory_block block_;
 };
 
 }  // namespace ldi
@@ -521,6 +549,7 @@ private:
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -12095,7 +12124,7 @@ private:
 
 }  // namespace ldi::detail::curves
 
-// ---- ldi/occlusion/detail/curve_band.hpp
+// ---- ldi/occlusion/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
 // across the curve. What is beyond the band's uncertain middle tells how front and back look there.
 

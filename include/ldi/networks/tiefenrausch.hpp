@@ -3,9 +3,9 @@
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>

@@ -2,8 +2,8 @@
 // from it what it needs, and every tensor's type and shape are checked when it is taken.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 
 #include <cstddef>
