@@ -8824,7 +8824,6 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 // What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
 // from it what it needs, and every tensor's type and shape are checked when it is taken.
 
-#include <functional>
 #include <map>
 #include <variant>
 
@@ -19473,7 +19472,7 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 /// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
-constexpr crc32_rows make_crc32_rows() {
+inline crc32_rows make_crc32_rows() {
     crc32_rows rows{};
     for (std::uint32_t byte = 0; byte < 256; ++byte) {
         std::uint32_t remainder = byte;
