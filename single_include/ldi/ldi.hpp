@@ -10883,6 +10883,75 @@ inline float exponential(float x) {
 
 }  // namespace ldi::detail
 
+// ---- ldi/networks/detail/layout.hpp
+// What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
+// the large one. (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive
+// Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
+// large.)
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+template <class T>
+image<T> mirrored(const image<T>& source) {
+    image<T> result(source.height(), source.width(), source.channels(), unset);
+    for (std::size_t y = 0; y < source.height(); ++y)
+        for (std::size_t x = 0; x < source.width(); ++x)
+            std::copy_n(&source(y, x, 0), source.channels(), &result(y, source.width() - 1 - x, 0));
+    return result;
+}
+
+/// Where a value of a longer or shorter row comes from: so much of sample `first`, and the rest of the next.
+struct sample_place {
+    std::size_t first, second;
+    float share;  ///< of `second`
+};
+inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
+    const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
+    const float inside = std::clamp(at, 0.0F, nearest_float(from_count - 1));
+    const auto first = static_cast<std::size_t>(inside);
+    return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
+}
+
+/// H x W x 1 at another size: the weighted mean of the four samples around. Smaller ones are not averaged over areas.
+inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
+    image<float> result(height, width, 1, unset);
+    const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
+    for (std::size_t y = 0; y < height; ++y) {
+        const sample_place row = place_of_sample(y, height, source.height());
+        for (std::size_t x = 0; x < width; ++x) {
+            const sample_place column = place_of_sample(x, width, source.width());
+            const auto at = [&](std::size_t from) {
+                return mean(source(from, column.first, 0), source(from, column.second, 0), column.share);
+            };
+            result(y, x, 0) = mean(at(row.first), at(row.second), row.share);
+        }
+    }
+    return result;
+}
+
+/// The means of squares of `side` pixels, of which there is a whole number.
+inline image<float> square_means(const image<float>& source, std::size_t side) {
+    image<float> result(source.height() / side, source.width() / side);
+    for (std::size_t y = 0; y < source.height(); ++y)
+        for (std::size_t x = 0; x < source.width(); ++x) result(y / side, x / side, 0) += source(y, x, 0);
+    for (float& sum : result) sum /= nearest_float(side * side);
+    return result;
+}
+
+/// details  H x W x 1, both multiples of 16
+/// layout   h x w x 1, any size, in the same unit
+/// Returns `details`, of which what is coarser than 16 pixels has become the mean of both.
+inline image<float> with_layout(image<float> details, const image<float>& layout) {
+    constexpr std::size_t coarse = 16;
+    image<float> change = interpolated(layout, details.height(), details.width());
+    for (std::size_t i = 0; i < change.size(); ++i) change.data()[i] = (change.data()[i] - details.data()[i]) / 2;
+    change = interpolated(square_means(change, coarse), details.height(), details.width());
+    for (std::size_t i = 0; i < change.size(); ++i) details.data()[i] += change.data()[i];
+    return details;
+}
+
+}  // namespace ldi::detail
+
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
@@ -10896,17 +10965,25 @@ enum class network_output {
     disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
 };
 
+/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+struct depth_network_sizes {
+    std::size_t details = 384;  ///< and the result's
+    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
+    /// than 16 samples of the result).
+    std::size_t layout = 0;
+};
+
 /// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
+    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
-                          network_output output = network_output::log_disparity)
-        : network_(description, target), output_(output) {
+                          network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
+        : network_(description, target), output_(output), sizes_(sizes) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, where, "3 channels in and 1 out",
@@ -10915,17 +10992,25 @@ public:
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
+        for (const std::size_t side : {sizes.details, sizes.layout})
+            if (side % alignment != 0 || side > most_long_side || sizes.details == 0)
+                raise(error_code::mismatch, where,
+                      "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
         if (level_quantization().scale > most_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + std::to_string(most_scale),
                   "steps of " + std::to_string(level_quantization().scale));
     }
 
-    /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
-    static tensor_size network_size(tensor_size photo) {
+    depth_network_sizes sizes() const { return sizes_; }
+
+    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    ///
+    /// to  the long side, a multiple of 32, in pixels
+    static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
             const std::size_t scaled =
-                length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+                length == longer ? to : static_cast<std::size_t>(std::uint64_t{length} * to / longer);
             return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
@@ -10934,12 +11019,13 @@ public:
     /// photo  H x W x 3, red, green, blue, 0 to 255
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
-    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
+    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
+                                                  std::size_t to = long_side) {
         if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
                   std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
                       std::to_string(photo.channels()));
-        const tensor_size size = network_size({photo.height(), photo.width()});
+        const tensor_size size = network_size({photo.height(), photo.width()}, to);
         return area_resize(photo, size.height, size.width, threads);
     }
 
@@ -10972,12 +11058,23 @@ public:
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
+    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
-        const auto report = [&](float fraction) { progress.report("depth estimation", fraction); };
-        return disparity_of(levels(resize_for_network(photo, threads), threads, report));
+        const float share = sizes_.layout == 0 ? 1.0F : details_share();
+        const auto see = [&](std::size_t side, bool is_mirrored, float begin, float end) {
+            image<std::uint8_t> rgb = resize_for_network(photo, threads, side);
+            if (is_mirrored) rgb = detail::mirrored(rgb);
+            return disparity_of(levels(
+                rgb, threads, [&](float fraction) { progress.report("depth estimation", begin + fraction * (end - begin)); }));
+        };
+        image<float> details = see(sizes_.details, false, 0, share);
+        if (sizes_.layout == 0) return details;
+        details = detail::with_layout(std::move(details), detail::mirrored(see(sizes_.layout, true, share, 1)));
+        const float least = disparity_table()[0];
+        for (float& disparity : details) disparity = (std::max)(disparity, least);
+        return details;
     }
 
     /// The disparities that the values of levels() stand for, same shape.
@@ -11012,7 +11109,14 @@ public:
     }
 
 private:
+    static constexpr std::size_t most_long_side = 4096;
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    /// Of the time that both take.
+    float details_share() const {
+        const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
+        return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
+    }
 
     static void check_input(const image<std::uint8_t>& rgb) {
         if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
@@ -11033,6 +11137,7 @@ private:
 
     quantized_network network_;
     network_output output_;
+    depth_network_sizes sizes_;
 };
 
 }  // namespace ldi
@@ -20223,7 +20328,25 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+namespace detail {
+
+/// A size that a weight file names, if it does.
+inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end()) return otherwise;
+    const std::string& digits = found->second;
+    if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
+        raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
+              "a number of pixels of one to four digits", printable(digits));
+    std::size_t size = 0;
+    for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
+    return size;
+}
+
+}  // namespace detail
+
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity"; "details_long_side" and
+/// "layout_long_side" give depth_network_sizes that differ from the paper's.
 ///
 /// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
 /// network.
@@ -20236,8 +20359,11 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
     const auto output = file.metadata.find("output");
     const bool is_linear = output != file.metadata.end() && output->second == "disparity";
     if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    depth_network_sizes sizes;
+    sizes.details = detail::size_in(file, "details_long_side", sizes.details);
+    sizes.layout = detail::size_in(file, "layout_long_side", sizes.layout);
     return tiefenrausch(read_quantized_network(file), target,
-                        is_linear ? network_output::disparity : network_output::log_disparity);
+                        is_linear ? network_output::disparity : network_output::log_disparity, sizes);
 }
 
 }  // namespace ldi
