@@ -2,8 +2,8 @@
 // every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a file.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>

@@ -1,7 +1,7 @@
 // The result of the whole way from photo to 3D photo: one mesh with one texture.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -4,9 +4,9 @@
 // architecture on the same layers (networks/inpainting_architecture.hpp).
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
@@ -110,7 +110,8 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
-        detail::smooth_fills fills = detail::smooth_filler(color, known, levels, architecture_.growth, threads).run();
+        detail::smooth_fills fills =
+            detail::smooth_filler(layers.topology, color, known, levels, architecture_.growth, threads).run();
         input.values = std::move(fills.input);
         fill = std::move(fills.fill);
     }
