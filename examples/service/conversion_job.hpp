@@ -59,7 +59,9 @@ public:
             done.dead.push_back({{"message", escaped(message.body)}, {"error", line_error(describe_failure())}});
             return done;
         }
-        log_event("info", "message", {{"job", names.job}, {"photos", names.photos.size()}, {"earlier", message.earlier}});
+        log_event(
+            "info", "message",
+            {{"job", names.job}, {"photos", names.photos.size()}, {"first", names.photos.front()}, {"earlier", message.earlier}});
         if (message.earlier >= suspicious && names.photos.size() > 1) {  // one of them may end workers: not the others' fault
             for (const std::string& photo : names.photos) done.parts.push_back({names.job, {photo}});
             return done;

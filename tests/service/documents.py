@@ -10,7 +10,8 @@ from prometheus_client.parser import text_string_to_metric_families
 
 
 def lines(path):
-    return [json.loads(line) for line in open(path)] if os.path.exists(path) else []
+    """Of a file that somebody may be writing to."""
+    return [json.loads(line) for line in open(path) if line.endswith("\n")] if os.path.exists(path) else []
 
 
 def in_mid_message(log):
@@ -33,9 +34,20 @@ def have_events(log, event, number):
     return sum(line["event"] == event for line in lines(log)) == int(number)
 
 
-def was_given_out(log, times):
+def was_given_out(times, *logs):
     """Of the messages of one photo, the one that was given out most often was so many times."""
-    return max(line["earlier"] for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
+    return max(line["earlier"] for log in logs for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
+
+
+def is_at(log, photo):
+    """The last that this worker began is the photo, and it began nothing since."""
+    events = lines(log)
+    begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
+    if begun is None or events[begun]["photos"] > 1 and events[begun]["earlier"] >= 2:  # the latter is parted
+        return False
+    keys = ["a.jpg", photo, "b.jpg"] if events[begun]["photos"] > 1 else [events[begun]["first"]]
+    done = sum(line["event"] in ("photo", "found done") for line in events[begun:])
+    return done < len(keys) and keys[done] == photo
 
 
 def some_came_again(*logs):

@@ -44,18 +44,16 @@ printf '%s\n' a.jpg endless.jpg b.jpg >"$folder/endless"
 queue endless submit --job e <"$folder/endless"
 queue endless collect --results "$folder/endless_results" --dead "$folder/endless_dead" --expected 3 >/dev/null &
 collector=$!
-has_begun() { [ "$(grep -c '"event":"message"' "$worker_log")" -gt "$1" ] || ! kill -0 "$collector" 2>/dev/null; }
+is_at_it() { documents is_at "$worker_log" endless.jpg || has_ended "$collector"; }
 for ((kills = 0; kills < 20; ++kills)); do
-    begun=$(grep -c '"event":"message"' "$work/endless.log" 2>/dev/null) || true
-    start_worker endless endless "$folder/photos" "$folder/outputs"
-    wait_until 10 has_begun "${begun:-0}" || true
-    sleep 0.3
+    start_worker "endless.$kills" endless "$folder/photos" "$folder/outputs"
+    wait_until 20 is_at_it || break
     stop_worker KILL "$worker"
-    kill -0 "$collector" 2>/dev/null || break
+    ! has_ended "$collector" || break
 done
 printf 'killed %d workers\n' "$kills"
 count_step "a photo that ends every worker is a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
-count_step "after five of them" documents was_given_out "$work/endless.log" 5
+count_step "after five of them" documents was_given_out 5 "$work"/endless.*.log
 count_step "and those beside it are converted" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"
 wait "$collector" || true
 collector=
@@ -66,5 +64,5 @@ queue away submit --job w <<<a.jpg
 queue away collect --results "$folder/away_results" --dead "$folder/away_dead" --expected 1 >/dev/null
 count_step "a photo whose storage stays away is a dead letter in the end" documents codes_are "$folder/away_dead" "unavailable for now"
 count_step "which says that another try may help" grep -q '"try_again":true' "$folder/away_dead"
-count_step "and it was tried five times" documents was_given_out "$worker_log" 5
+count_step "and it was tried five times" documents was_given_out 5 "$worker_log"
 stop_worker TERM "$worker"
