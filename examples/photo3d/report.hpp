@@ -2,6 +2,7 @@
 #pragma once
 
 #include "messages.hpp"
+#include "photo_texture.hpp"
 
 #include <ldi/photo3d.hpp>
 
@@ -105,13 +106,14 @@ inline std::size_t peak_memory() {
     return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-/// Figures of the result; file sizes in bytes.
+/// Figures of the result; file sizes in bytes. `width` and `height` are what was worked on, `texture_width` and `texture_height`
+/// what is shown of the photo, on so many `textures`.
 ///
 /// depth, inpainting  what they come from: paths of files, or the name of a method
 /// texture, grain     their strengths over what was inpainted
-inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
-                                          const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          std::size_t texture_bytes) {
+inline nlohmann::ordered_json make_report(const photo3d& result, const photo_texture& texture_of_photo, const stage_clock& clock,
+                                          const std::string& depth, const std::string& inpainting, float texture, float grain,
+                                          std::size_t glb_bytes, std::size_t texture_bytes) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -121,6 +123,9 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["milliseconds"]["total"] = total;
     report["width"] = result.photo.width();
     report["height"] = result.photo.height();
+    report["texture_width"] = texture_of_photo.width();
+    report["texture_height"] = texture_of_photo.height();
+    report["textures"] = texture_of_photo.count();
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
@@ -165,6 +170,8 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     }
     const auto number = [&](const char* key) { return std::to_string(report[key].get<std::size_t>()); };
     line("photo", number("width") + " x " + number("height"));
+    if (report["textures"] != 1)
+        line("texture", number("texture_width") + " x " + number("texture_height") + ", on " + number("textures") + " pictures");
     line("pixels",
          number("pixels") + ", " + number("hidden_pixels") + " of them hidden, in up to " + number("layers") + " layers");
     char fill[32];
