@@ -24,6 +24,8 @@ struct sheet_scale {
 
     /// A place of the layered image in the photo.
     double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
+    /// A place of the photo in the layered image.
+    double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
     /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
     std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
     /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.

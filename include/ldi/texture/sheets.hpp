@@ -119,7 +119,9 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
-        parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) { painter.draw(first, last, drawn); });
+        parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {
+            for (std::size_t y = first; y < last; ++y) painter.draw(static_cast<std::int32_t>(y), drawn);
+        });
     }
     return drawn;
 }
