@@ -55,10 +55,10 @@ public:
             glb_json& primitive = mesh.at("primitives").at(i);
             sort_for_compression(g);
             put(primitive["attributes"]["POSITION"], position_accessor(g, grid));
-            const ldi::detail::picture_header& picture =
-                textures[texture_of(primitive.at("material")).at("index").get<std::size_t>()];
+            const std::size_t texture = texture_of(primitive.at("material")).at("index");
+            if (texture >= textures.size()) raise_other_glb("a texture that is not there");
             const std::optional<texel_grid> texels =
-                has_own_material(mesh, i) ? find_texel_grid(g, picture.width, picture.height) : std::nullopt;
+                has_own_material(mesh, i) ? find_texel_grid(g, textures[texture].width, textures[texture].height) : std::nullopt;
             if (texels) scale_texture(primitive.at("material"), *texels);
             put(primitive["attributes"]["TEXCOORD_0"], texture_accessor(g, texels));
             if (!g.colors.empty())
