@@ -112,7 +112,7 @@ photo3d convert(const arguments& a, const photo_with_depth& input, const network
 
 /// The bytes of a 3D photo.
 struct encoded_photo3d {
-    texture_files textures;
+    texture_files textures;  ///< where a USDZ file is asked for
     std::vector<std::byte> glb;
     std::size_t texture_bytes = 0;  ///< of the GLB's
     glb_options facts;              ///< what all files say of the photo
@@ -143,6 +143,7 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
     written_glb written = compressed(encode_glb(texture.mesh(), jpegs, result.facts), result.textures,
                                      made.layers.camera.focal_length, a.compression);
     result.glb = std::move(written.file), result.texture_bytes = written.texture_bytes;
+    if (a.usdz.empty()) result.textures = {};  // nothing else takes them
     clock.finish();
     return result;
 }
