@@ -32,7 +32,8 @@ inline CLI::Validator full_or_between(double least, double most) {
     const CLI::Validator number = between(least, most);
     return {[=](std::string& given) {
                 if (given == "full") given = full_size;
-                return given == full_size ? std::string() : number(given);
+                const std::string failure = given == full_size ? std::string() : number(given);
+                return failure.empty() ? failure : "expected full or " + failure.substr(std::string("expected ").size());
             },
             "full or " + number.get_description(), "full_or_between"};
 }
