@@ -8,6 +8,10 @@
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/texture/sheets.hpp>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +36,9 @@ public:
                   Executor& threads)
         : made_(made), photo_(made.photo) {
         if (!needs_sheets(photo, shown_side, worked_side)) return;
+#if defined(__GLIBC__)
+        malloc_trim(0);  // what the stages have given back lies in pieces that sheets don't fit in
+#endif
         photo_ = photo;
         if (shown_side < std::max(photo.height(), photo.width())) {
             shrunk_ = ldi::detail::shrink_photo(photo, shown_side, threads);
