@@ -5,7 +5,7 @@
 
 #include "metrics.hpp"
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/safetensors_file.hpp>
 #include <ldi/kernels/conv_f32.hpp>

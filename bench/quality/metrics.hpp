@@ -2,7 +2,7 @@
 #pragma once
 
 #include <ldi/adapt/xtensor.hpp>
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/image.hpp>
 
 #include <xtensor/xmath.hpp>

@@ -5,7 +5,7 @@
 #include "subjects.hpp"
 #include "true_silhouettes.hpp"
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/rasterizer.hpp>

@@ -5,7 +5,6 @@
 #include "metrics.hpp"
 
 #include <ldi/base/disjoint_sets.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // What the lessons draw with: a canvas, and layered images as tiles in space, seen from the side.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>

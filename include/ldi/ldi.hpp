@@ -5,6 +5,7 @@
 
 #include <ldi/version.hpp>
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>

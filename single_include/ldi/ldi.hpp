@@ -219,16 +219,10 @@ inline error_handler set_error_handler(error_handler handler) {
 }  // namespace ldi
 
 // ---- ldi/base/memory.hpp
-// Memory. `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it. It takes
-// its memory from the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every stage.
+// Where ldi's memory comes from: the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every
+// stage. What owns values on it is base/buffer.hpp.
 
-#include <concepts>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <initializer_list>
-#include <new>
-#include <type_traits>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -241,9 +235,6 @@ struct memory {
     /// Takes back what `allocate` returned for the same number of bytes.
     void (*release)(void* context, void* block, std::size_t bytes) = nullptr;
 };
-
-/// The start of a cache line, so that no vector load of packed values straddles two.
-inline constexpr std::size_t buffer_alignment = 64;
 
 namespace detail {
 
@@ -258,23 +249,6 @@ inline constexpr memory system_memory{nullptr, &allocate_from_system, &release_t
 inline const memory*& memory_of_thread() {
     static thread_local const memory* current = &system_memory;
     return current;
-}
-
-/// An iterator with a difference: std::random_access_iterator without the header that defines it.
-template <class T>
-concept element_iterator = requires(T i) {
-    *i;
-    ++i;
-    i - i;
-};
-
-/// Apart from `buffer`, so that it is compiled once for all element types.
-[[noreturn]] inline void out_of_memory() {
-#if LDI_HAS_EXCEPTIONS
-    throw std::bad_alloc();
-#else
-    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
-#endif
 }
 
 }  // namespace detail
@@ -297,9 +271,80 @@ private:
     const memory* before_;
 };
 
+}  // namespace ldi
+
+// ---- ldi/base/buffer.hpp
+// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <new>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The start of a cache line, so that no vector load of packed values straddles two.
+inline constexpr std::size_t buffer_alignment = 64;
+
 /// Asks for values that are left as they are. Without it a buffer sets them to zero.
 struct unset_t {};
 inline constexpr unset_t unset{};
+
+namespace detail {
+
+/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    i - i;
+};
+
+/// Apart from `buffer`, so that it is compiled once for all element types.
+[[noreturn]] inline void out_of_memory() {
+#if LDI_HAS_EXCEPTIONS
+    throw std::bad_alloc();
+#else
+    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+#endif
+}
+
+/// What a buffer holds, whatever its values: compiled once for all types.
+struct memory_block {
+    void* values = nullptr;
+    std::size_t size = 0, capacity = 0;  ///< in values
+    const memory* from = nullptr;
+
+    /// A larger place, in which nothing is yet.
+    void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        if (from == nullptr) from = &current_memory();
+        if (new_capacity > SIZE_MAX / 2 / value_size) out_of_memory();
+        void* place = from->allocate(from->context, new_capacity * value_size, alignment);
+        if (place == nullptr) out_of_memory();
+        return place;
+    }
+    /// Goes on with `place`, where the values are now.
+    void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
+        release(value_size);
+        values = place, capacity = new_capacity;
+    }
+    /// For values that move as bytes.
+    [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        void* place = allocate(new_capacity, value_size, alignment);
+        if (size > 0) std::memcpy(place, values, size * value_size);
+        replace(place, new_capacity, value_size);
+    }
+    void release(std::size_t value_size) const {
+        if (values != nullptr) from->release(from->context, values, capacity * value_size);
+    }
+    std::size_t grown(std::size_t needed) const {
+        const std::size_t more = capacity + capacity / 2 + 4;
+        return more > needed ? more : needed;
+    }
+};
+
+}  // namespace detail
 
 /// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
 /// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
@@ -323,11 +368,7 @@ public:
         append(first, last);
     }
     buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
-    buffer(buffer&& other) noexcept
-        : values_(std::exchange(other.values_, nullptr)),
-          size_(std::exchange(other.size_, 0)),
-          capacity_(std::exchange(other.capacity_, 0)),
-          from_(std::exchange(other.from_, nullptr)) {}
+    buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
     buffer& operator=(const buffer& other) {
         if (this != &other) assign(other.begin(), other.end());
         return *this;
@@ -336,52 +377,60 @@ public:
         buffer(std::move(other)).swap(*this);
         return *this;
     }
-    ~buffer() { release(); }
+    ~buffer() {
+        destroy_from(0);
+        block_.release(sizeof(T));
+    }
 
-    std::size_t size() const { return size_; }
+    std::size_t size() const { return block_.size; }
     /// size() in the type that ldi's indices have; also the index of the value that is appended next.
     std::int32_t count() const {
-        LDI_ASSERT(size_ <= 0x7FFFFFFF);
-        return static_cast<std::int32_t>(size_);
+        LDI_ASSERT(size() <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size());
     }
-    std::size_t capacity() const { return capacity_; }
-    bool empty() const { return size_ == 0; }
-    T* data() { return values_; }
-    const T* data() const { return values_; }
-    T* begin() { return values_; }
-    const T* begin() const { return values_; }
-    T* end() { return values_ + size_; }
-    const T* end() const { return values_ + size_; }
+    std::size_t capacity() const { return block_.capacity; }
+    bool empty() const { return size() == 0; }
+    T* data() { return static_cast<T*>(block_.values); }
+    const T* data() const { return static_cast<const T*>(block_.values); }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size(); }
+    const T* end() const { return data() + size(); }
 
     template <std::integral Index>
     T& operator[](Index i) {
-        return values_[static_cast<std::size_t>(i)];
+        return data()[static_cast<std::size_t>(i)];
     }
     template <std::integral Index>
     const T& operator[](Index i) const {
-        return values_[static_cast<std::size_t>(i)];
+        return data()[static_cast<std::size_t>(i)];
     }
-    T& front() { return (*this)[0]; }
-    const T& front() const { return (*this)[0]; }
-    T& back() { return (*this)[size_ - 1]; }
-    const T& back() const { return (*this)[size_ - 1]; }
+    T& front() { return *data(); }
+    const T& front() const { return *data(); }
+    T& back() { return end()[-1]; }
+    const T& back() const { return end()[-1]; }
 
     /// New values are zero.
     void resize(std::size_t count) {
-        change_size(count, [](T* place) { construct(place); });
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T();
     }
     /// New values of trivial types are not set.
     void resize(std::size_t count, unset_t) {
-        if constexpr (std::is_trivially_default_constructible_v<T>)
-            change_size(count, [](T*) {});
-        else
+        if constexpr (__is_trivially_constructible(T)) {
+            make_size(count);
+            block_.size = count;
+        } else {
             resize(count);
+        }
     }
     void resize(std::size_t count, const T& value) {
-        change_size(count, [copy = value](T* place) { construct(place, copy); });
+        const T copy = value;  // it may lie in what moves
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
     }
     void reserve(std::size_t count) {
-        if (count > capacity_) reallocate(count);
+        if (count > capacity()) reallocate(count);
     }
     void clear() { destroy_from(0); }
     void assign(std::size_t count, const T& value) {
@@ -398,116 +447,95 @@ public:
     void push_back(T&& value) { emplace_back(std::move(value)); }
     template <class... Arguments>
     T& emplace_back(Arguments&&... arguments) {
-        if (size_ == capacity_) {
+        if (size() == capacity()) {
             T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
-            reallocate(grown(size_ + 1));
-            construct(values_ + size_, std::move(made));
+            reallocate(block_.grown(size() + 1));
+            ::new (place_at_end()) T(std::move(made));
         } else {
-            construct(values_ + size_, std::forward<Arguments>(arguments)...);
+            ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
         }
-        return values_[size_++];  // only now: what could not be made is not destroyed
+        return data()[block_.size++];  // only now: what could not be made is not destroyed
     }
-    void pop_back() {
-        --size_;
-        values_[size_].~T();
-    }
+    void pop_back() { destroy_from(size() - 1); }
     /// The range must not lie in this buffer.
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
-        const std::size_t count = distance(first, last);
-        if (size_ + count > capacity_) reallocate(size_ == 0 ? count : grown(size_ + count));
-        for (; first != last; ++first, ++size_) construct(values_ + size_, static_cast<T>(*first));
+        make_room(size() + static_cast<std::size_t>(last - first));
+        for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
     T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
     template <detail::element_iterator Iterator>
     T* insert(T* place, Iterator first, Iterator last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        const std::size_t at = distance(begin(), place), moved = size_ - at, count = distance(first, last);
-        if (size_ + count > capacity_) reallocate(grown(size_ + count));
-        if (moved > 0) std::memmove(static_cast<void*>(values_ + at + count), values_ + at, moved * sizeof(T));
-        for (T* to = values_ + at; first != last; ++first, ++to) construct(to, static_cast<T>(*first));
-        size_ += count;
-        return values_ + at;
+        static_assert(moves_as_bytes);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
+        const std::size_t count = static_cast<std::size_t>(last - first);
+        if (size() + count > capacity()) reallocate(block_.grown(size() + count));
+        place = begin() + at;
+        if (moved > 0) std::memmove(static_cast<void*>(place + count), place, moved * sizeof(T));
+        for (T* to = place; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        block_.size += count;
+        return place;
     }
     T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
     T* erase(T* first, T* last) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        if (last != end()) std::memmove(static_cast<void*>(first), last, distance(last, end()) * sizeof(T));
-        size_ -= distance(first, last);
+        static_assert(moves_as_bytes);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
+        block_.size -= static_cast<std::size_t>(last - first);
         return first;
     }
     T* erase(T* place) { return erase(place, place + 1); }
 
     void swap(buffer& other) noexcept {
-        std::swap(values_, other.values_);
-        std::swap(size_, other.size_);
-        std::swap(capacity_, other.capacity_);
-        std::swap(from_, other.from_);
+        const detail::memory_block mine = block_;
+        block_ = other.block_;
+        other.block_ = mine;
     }
     friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
     friend bool operator==(const buffer& a, const buffer& b) {
-        if (a.size_ != b.size_) return false;
-        for (std::size_t i = 0; i < a.size_; ++i)
-            if (!(a.values_[i] == b.values_[i])) return false;
+        if (a.size() != b.size()) return false;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (!(a[i] == b[i])) return false;
         return true;
     }
 
 private:
-    template <class... Arguments>
-    static T& construct(T* place, Arguments&&... arguments) {
-        return *::new (static_cast<void*>(place)) T(std::forward<Arguments>(arguments)...);
-    }
-    template <class Iterator>
-    static std::size_t distance(Iterator first, Iterator last) {
-        return static_cast<std::size_t>(last - first);
-    }
+    // Built into compilers, which std::is_trivially_copyable_v is not: it would take a fifth of the time to parse ldi.
+    static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
+    static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
-    std::size_t grown(std::size_t needed) const {
-        const std::size_t more = capacity_ + capacity_ / 2 + 4;
-        return more > needed ? more : needed;
-    }
+    void* place_at_end() { return static_cast<void*>(end()); }
 
-    template <class Make>
-    void change_size(std::size_t count, Make make) {
-        if (count < size_) destroy_from(count);
-        if (count > capacity_) reallocate(size_ == 0 ? count : grown(count));
-        for (; size_ < count; ++size_) make(values_ + size_);
+    void make_room(std::size_t count) {
+        if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
+    }
+    // Has room for `count` values, and no more values than that.
+    void make_size(std::size_t count) {
+        if (count < size()) destroy_from(count);
+        make_room(count);
     }
 
     void destroy_from(std::size_t count) {
-        if constexpr (!std::is_trivially_destructible_v<T>)
-            for (std::size_t i = count; i < size_; ++i) values_[i].~T();
-        size_ = count;
+        if constexpr (!moves_as_bytes)
+            for (std::size_t i = count; i < size(); ++i) data()[i].~T();
+        block_.size = count;
     }
 
-    [[gnu::noinline]] void reallocate(std::size_t capacity) {  // seldom called, from very many places
-        if (from_ == nullptr) from_ = &current_memory();
-        if (capacity > SIZE_MAX / 2 / sizeof(T)) detail::out_of_memory();
-        constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
-        T* values = static_cast<T*>(from_->allocate(from_->context, capacity * sizeof(T), alignment));
-        if (values == nullptr) detail::out_of_memory();
-        if constexpr (std::is_trivially_copyable_v<T>) {
-            if (size_ > 0) std::memcpy(static_cast<void*>(values), values_, size_ * sizeof(T));
-        } else {
-            for (std::size_t i = 0; i < size_; ++i) {
-                construct(values + i, std::move(values_[i]));
-                values_[i].~T();
-            }
+    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+        if constexpr (moves_as_bytes)
+            block_.reallocate(new_capacity, sizeof(T), alignment);
+        else
+            move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
+    }
+    [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
+        for (std::size_t i = 0; i < size(); ++i) {
+            ::new (static_cast<void*>(place + i)) T(std::move(data()[i]));
+            data()[i].~T();
         }
-        if (values_ != nullptr) from_->release(from_->context, values_, capacity_ * sizeof(T));
-        values_ = values, capacity_ = capacity;
+        block_.replace(place, new_capacity, sizeof(T));
     }
 
-    void release() {
-        if (values_ == nullptr) return;
-        destroy_from(0);
-        from_->release(from_->context, values_, capacity_ * sizeof(T));
-    }
-
-    T* values_ = nullptr;
-    std::size_t size_ = 0, capacity_ = 0;
-    const memory* from_ = nullptr;
+    detail::memory_block block_;
 };
 
 }  // namespace ldi
@@ -521,6 +549,7 @@ private:
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -8795,7 +8824,6 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 // What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
 // from it what it needs, and every tensor's type and shape are checked when it is taken.
 
-#include <functional>
 #include <map>
 #include <variant>
 
@@ -10855,6 +10883,75 @@ inline float exponential(float x) {
 
 }  // namespace ldi::detail
 
+// ---- ldi/networks/detail/layout.hpp
+// What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
+// the large one. (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive
+// Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
+// large.)
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+template <class T>
+image<T> mirrored(const image<T>& source) {
+    image<T> result(source.height(), source.width(), source.channels(), unset);
+    for (std::size_t y = 0; y < source.height(); ++y)
+        for (std::size_t x = 0; x < source.width(); ++x)
+            std::copy_n(&source(y, x, 0), source.channels(), &result(y, source.width() - 1 - x, 0));
+    return result;
+}
+
+/// Where a value of a longer or shorter row comes from: so much of sample `first`, and the rest of the next.
+struct sample_place {
+    std::size_t first, second;
+    float share;  ///< of `second`
+};
+inline sample_place place_of_sample(std::size_t i, std::size_t count, std::size_t from_count) {
+    const float at = (nearest_float(i) + 0.5F) * nearest_float(from_count) / nearest_float(count) - 0.5F;
+    const float inside = std::clamp(at, 0.0F, nearest_float(from_count - 1));
+    const auto first = static_cast<std::size_t>(inside);
+    return {first, (std::min)(first + 1, from_count - 1), inside - nearest_float(first)};
+}
+
+/// H x W x 1 at another size: the weighted mean of the four samples around. Smaller ones are not averaged over areas.
+inline image<float> interpolated(const image<float>& source, std::size_t height, std::size_t width) {
+    image<float> result(height, width, 1, unset);
+    const auto mean = [](float a, float b, float share) { return a + (b - a) * share; };
+    for (std::size_t y = 0; y < height; ++y) {
+        const sample_place row = place_of_sample(y, height, source.height());
+        for (std::size_t x = 0; x < width; ++x) {
+            const sample_place column = place_of_sample(x, width, source.width());
+            const auto at = [&](std::size_t from) {
+                return mean(source(from, column.first, 0), source(from, column.second, 0), column.share);
+            };
+            result(y, x, 0) = mean(at(row.first), at(row.second), row.share);
+        }
+    }
+    return result;
+}
+
+/// The means of squares of `side` pixels, of which there is a whole number.
+inline image<float> square_means(const image<float>& source, std::size_t side) {
+    image<float> result(source.height() / side, source.width() / side);
+    for (std::size_t y = 0; y < source.height(); ++y)
+        for (std::size_t x = 0; x < source.width(); ++x) result(y / side, x / side, 0) += source(y, x, 0);
+    for (float& sum : result) sum /= nearest_float(side * side);
+    return result;
+}
+
+/// details  H x W x 1, both multiples of 16
+/// layout   h x w x 1, any size, in the same unit
+/// Returns `details`, of which what is coarser than 16 pixels has become the mean of both.
+inline image<float> with_layout(image<float> details, const image<float>& layout) {
+    constexpr std::size_t coarse = 16;
+    image<float> change = interpolated(layout, details.height(), details.width());
+    for (std::size_t i = 0; i < change.size(); ++i) change.data()[i] = (change.data()[i] - details.data()[i]) / 2;
+    change = interpolated(square_means(change, coarse), details.height(), details.width());
+    for (std::size_t i = 0; i < change.size(); ++i) details.data()[i] += change.data()[i];
+    return details;
+}
+
+}  // namespace ldi::detail
+
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
@@ -10868,17 +10965,25 @@ enum class network_output {
     disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
 };
 
+/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+struct depth_network_sizes {
+    std::size_t details = 384;  ///< and the result's
+    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
+    /// than 16 samples of the result).
+    std::size_t layout = 0;
+};
+
 /// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
+    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
-                          network_output output = network_output::log_disparity)
-        : network_(description, target), output_(output) {
+                          network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
+        : network_(description, target), output_(output), sizes_(sizes) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, where, "3 channels in and 1 out",
@@ -10887,17 +10992,25 @@ public:
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
+        for (const std::size_t side : {sizes.details, sizes.layout})
+            if (side % alignment != 0 || side > most_long_side || sizes.details == 0)
+                raise(error_code::mismatch, where,
+                      "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
         if (level_quantization().scale > most_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + std::to_string(most_scale),
                   "steps of " + std::to_string(level_quantization().scale));
     }
 
-    /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
-    static tensor_size network_size(tensor_size photo) {
+    depth_network_sizes sizes() const { return sizes_; }
+
+    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    ///
+    /// to  the long side, a multiple of 32, in pixels
+    static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
             const std::size_t scaled =
-                length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+                length == longer ? to : static_cast<std::size_t>(std::uint64_t{length} * to / longer);
             return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
@@ -10906,12 +11019,13 @@ public:
     /// photo  H x W x 3, red, green, blue, 0 to 255
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
-    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
+    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
+                                                  std::size_t to = long_side) {
         if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
                   std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
                       std::to_string(photo.channels()));
-        const tensor_size size = network_size({photo.height(), photo.width()});
+        const tensor_size size = network_size({photo.height(), photo.width()}, to);
         return area_resize(photo, size.height, size.width, threads);
     }
 
@@ -10944,12 +11058,23 @@ public:
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
+    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
-        const auto report = [&](float fraction) { progress.report("depth estimation", fraction); };
-        return disparity_of(levels(resize_for_network(photo, threads), threads, report));
+        const float share = sizes_.layout == 0 ? 1.0F : details_share();
+        const auto see = [&](std::size_t side, bool is_mirrored, float begin, float end) {
+            image<std::uint8_t> rgb = resize_for_network(photo, threads, side);
+            if (is_mirrored) rgb = detail::mirrored(rgb);
+            return disparity_of(levels(
+                rgb, threads, [&](float fraction) { progress.report("depth estimation", begin + fraction * (end - begin)); }));
+        };
+        image<float> details = see(sizes_.details, false, 0, share);
+        if (sizes_.layout == 0) return details;
+        details = detail::with_layout(std::move(details), detail::mirrored(see(sizes_.layout, true, share, 1)));
+        const float least = disparity_table()[0];
+        for (float& disparity : details) disparity = (std::max)(disparity, least);
+        return details;
     }
 
     /// The disparities that the values of levels() stand for, same shape.
@@ -10984,7 +11109,14 @@ public:
     }
 
 private:
+    static constexpr std::size_t most_long_side = 4096;
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    /// Of the time that both take.
+    float details_share() const {
+        const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
+        return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
+    }
 
     static void check_input(const image<std::uint8_t>& rgb) {
         if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
@@ -11005,6 +11137,7 @@ private:
 
     quantized_network network_;
     network_output output_;
+    depth_network_sizes sizes_;
 };
 
 }  // namespace ldi
@@ -12095,7 +12228,7 @@ private:
 
 }  // namespace ldi::detail::curves
 
-// ---- ldi/occlusion/detail/curve_band.hpp
+// ---- ldi/occlusion/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
 // across the curve. What is beyond the band's uncertain middle tells how front and back look there.
 
@@ -20030,7 +20163,7 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 /// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
-constexpr crc32_rows make_crc32_rows() {
+inline crc32_rows make_crc32_rows() {
     crc32_rows rows{};
     for (std::uint32_t byte = 0; byte < 256; ++byte) {
         std::uint32_t remainder = byte;
@@ -20812,7 +20945,25 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+namespace detail {
+
+/// A size that a weight file names, if it does.
+inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end()) return otherwise;
+    const std::string& digits = found->second;
+    if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
+        raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
+              "a number of pixels of one to four digits", printable(digits));
+    std::size_t size = 0;
+    for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
+    return size;
+}
+
+}  // namespace detail
+
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity"; "details_long_side" and
+/// "layout_long_side" give depth_network_sizes that differ from the paper's.
 ///
 /// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
 /// network.
@@ -20825,8 +20976,11 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
     const auto output = file.metadata.find("output");
     const bool is_linear = output != file.metadata.end() && output->second == "disparity";
     if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    depth_network_sizes sizes;
+    sizes.details = detail::size_in(file, "details_long_side", sizes.details);
+    sizes.layout = detail::size_in(file, "layout_long_side", sizes.layout);
     return tiefenrausch(read_quantized_network(file), target,
-                        is_linear ? network_output::disparity : network_output::log_disparity);
+                        is_linear ? network_output::disparity : network_output::log_disparity, sizes);
 }
 
 }  // namespace ldi

@@ -1,3 +1,4 @@
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/memory.hpp>
 
 #include "tests/support/counted_memory.hpp"

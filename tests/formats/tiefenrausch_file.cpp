@@ -88,6 +88,26 @@ TEST_CASE("a file that does not say what its result stands for is refused") {
     CHECK_THAT(message_of([&] { decode_tiefenrausch(bytes); }), Contains("log disparity") && Contains("xisparity"));
 }
 
+TEST_CASE("sizes that a file names are numbers, and such as the network takes") {
+    const std::vector<std::byte> bytes = read_file(files / "tiefenrausch_weights.safetensors");
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto with_size = [&](const std::string& size) {
+        const std::string output = "\"output\":\"disparity\"", added = ",\"details_long_side\":\"" + size + "\"";
+        std::string changed = text;
+        changed.insert(text.find(output) + output.size(), added);
+        changed[0] = static_cast<char>(changed[0] + static_cast<char>(added.size()));  // the header's length, below 256 more
+        return changed;
+    };
+    const auto read = [](const std::string& file) { return decode_tiefenrausch(std::as_bytes(std::span(file))).sizes(); };
+    REQUIRE(static_cast<unsigned char>(text[0]) < 200);
+    CHECK(read(text).details == 384);
+    CHECK(read(with_size("448")).details == 448);
+    for (const char* size : {"", "4 8", "-32", "12345"})
+        CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("details_long_side") && Contains("one to four digits"));
+    for (const char* size : {"0", "33", "9984"})
+        CHECK_THAT(message_of([&] { read(with_size(size)); }), Contains("multiples of 32"));
+}
+
 TEST_CASE("a depth network cut off anywhere is refused, and the message names the file") {
     const std::vector<std::byte> whole = read_file(files / "tiefenrausch_weights.safetensors");
     for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
@@ -99,8 +119,9 @@ TEST_CASE("the weights that ship fit their networks, and take at most 4 MB") {
     const tiefenrausch network = load_depth_network(models / "tiefenrausch_small.safetensors");
     serial_executor serial;
     const image<float> disparity = network.disparity(image<std::uint8_t>(30, 40, 3, std::uint8_t{128}), {}, serial);
-    CHECK(disparity.height() == 288);
-    CHECK(disparity.width() == 384);
+    CHECK((network.sizes().details == 448 && network.sizes().layout == 320));  // as its file says
+    CHECK(disparity.height() == 320);
+    CHECK(disparity.width() == 448);
     CHECK(load_farbrausch(models / "farbrausch.safetensors").architecture().channels.size() == 5);
 
     std::uintmax_t bytes = 0;

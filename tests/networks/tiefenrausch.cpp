@@ -6,9 +6,12 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <optional>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -234,6 +237,25 @@ TEST_CASE("networks that do not turn a color image into one channel of its size 
     CHECK_THROWS_AS(ldi::tiefenrausch(steep), ldi::error);
 }
 
+namespace {
+
+ldi::tiefenrausch small_at(ldi::depth_network_sizes sizes) {
+    const ldi_test::caffe2_files files = ldi_test::small_network();
+    return ldi::tiefenrausch(ldi::read_caffe2(files.network, files.weights), ldi::best_isa(), ldi::network_output::log_disparity,
+                             sizes);
+}
+
+double mean_of(const image<float>& map) { return std::accumulate(map.begin(), map.end(), 0.0) / static_cast<double>(map.size()); }
+
+image<float> random_map(std::size_t height, std::size_t width, unsigned seed) {
+    std::mt19937 random(seed);
+    image<float> result(height, width);
+    for (float& v : result) v = std::uniform_real_distribution<float>(1, 2)(random);
+    return result;
+}
+
+}  // namespace
+
 TEST_CASE("progress rises to 1, and a request to stop ends the run") {
     const ldi::tiefenrausch network = small();
     ldi::serial_executor serial;
@@ -247,10 +269,71 @@ TEST_CASE("progress rises to 1, and a request to stop ends the run") {
         static_cast<record*>(user)->fractions.push_back(fraction);
     };
     follow.is_canceled = [](void* user) { return static_cast<record*>(user)->stop; };
-    network.disparity(gradient(40, 40), follow, serial);
-    CHECK(seen.fractions.size() >= 2);
-    CHECK(std::is_sorted(seen.fractions.begin(), seen.fractions.end()));
-    CHECK(seen.fractions.back() == 1.0F);
-    seen.stop = true;
-    CHECK_THROWS_AS(network.disparity(gradient(40, 40), follow, serial), ldi::error);
+    for (const ldi::tiefenrausch& n : {network, small_at({96, 64})}) {
+        seen = {};
+        n.disparity(gradient(40, 40), follow, serial);
+        CHECK(seen.fractions.size() >= 2);
+        CHECK(std::is_sorted(seen.fractions.begin(), seen.fractions.end()));
+        CHECK(seen.fractions.back() == Approx(1.0F));
+        seen.stop = true;
+        CHECK_THROWS_AS(n.disparity(gradient(40, 40), follow, serial), ldi::error);
+    }
+}
+
+TEST_CASE("a network that sees a photo twice gives the larger size; how things lie is the mean of both, mirrored back") {
+    const image<std::uint8_t> photo = gradient(200, 300);
+    const image<float> details = small_at({192, 0}).disparity(photo);
+    ldi::serial_executor serial;
+    const image<std::uint8_t> seen = ldi::detail::mirrored(ldi::tiefenrausch::resize_for_network(photo, serial, 96));
+    const ldi::tiefenrausch network = small_at({});
+    const image<float> layout = ldi::detail::mirrored(network.disparity_of(network.levels(seen, serial)));
+    const image<float> both = small_at({192, 96}).disparity(photo);
+    CHECK((both.height() == 128 && both.width() == 192));
+    const float least = network.disparity_of(image<std::uint8_t>(1, 1)).data()[0];
+    image<float> expected = ldi::detail::with_layout(details, layout);
+    for (float& v : expected) v = std::max(v, least);
+    CHECK((both == expected));
+    CHECK((both != details));
+    CHECK(mean_of(both) == Approx((mean_of(details) + mean_of(layout)) / 2).epsilon(0.01));
+}
+
+TEST_CASE("layout: a map stays what it is beside itself, and moves half of the way to one that is nearer everywhere") {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        const image<float> map = random_map(64 + 32 * (seed % 3), 96, seed);
+        image<float> nearer = map;
+        for (float& v : nearer) v += 0.5F;
+        const image<float> same = ldi::detail::with_layout(map, map), moved = ldi::detail::with_layout(map, nearer);
+        std::size_t broken = 0;
+        for (std::size_t i = 0; i < map.size(); ++i) {
+            broken += same.data()[i] != map.data()[i];
+            broken += !(std::abs(moved.data()[i] - map.data()[i] - 0.25F) < 1e-5F);
+        }
+        CHECK(broken == 0);
+    }
+}
+
+TEST_CASE("layout: steps between neighboring samples stay as the larger picture has them") {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+        const image<float> map = random_map(64, 96, seed), other = random_map(32, 64, seed + 100);
+        const image<float> both = ldi::detail::with_layout(map, other);
+        float most = 0;
+        for (std::size_t y = 0; y < map.height(); ++y)
+            for (std::size_t x = 1; x < map.width(); ++x)
+                most = std::max(most, std::abs((both(y, x, 0) - both(y, x - 1, 0)) - (map(y, x, 0) - map(y, x - 1, 0))));
+        CHECK(most < 1.0F / 16);  // values differ by at most 1, so what is added changes by at most that from square to square
+    }
+}
+
+TEST_CASE("mirroring twice gives back what there was") {
+    const image<std::uint8_t> photo = gradient(7, 10);
+    CHECK((ldi::detail::mirrored(photo) != photo));
+    CHECK((ldi::detail::mirrored(ldi::detail::mirrored(photo)) == photo));
+}
+
+TEST_CASE("sizes that are no multiples of 32, none at all, or too large, are errors") {
+    CHECK_THROWS_AS(small_at({400, 0}), ldi::error);
+    CHECK_THROWS_AS(small_at({384, 100}), ldi::error);
+    CHECK_THROWS_AS(small_at({0, 384}), ldi::error);
+    CHECK_THROWS_AS(small_at({8192, 0}), ldi::error);
+    CHECK(small_at({64, 32}).sizes().layout == 32);
 }

@@ -11,12 +11,12 @@ import pty
 import random
 import shutil
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import time
-import zlib
+
+from files import is_whole_glb, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 6
@@ -35,23 +35,14 @@ def check(name, is_good, said=""):
         print(f"FAILED {name} {said}")
 
 
-def png(width, height, row):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    channels = len(row(0)) // width
-    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row(y) for y in range(height)))) + chunk(b"IEND", b"")
-
-
 def photo(seed, width=60, height=80):
     rows = [bytes((60 + 120 * ((x // 5 + y) % 2) + 7 * seed) % 256 for x in range(width) for _ in range(3)) for y in range(2)]
-    return png(width, height, lambda y: rows[y // 5 % 2])
+    return png(width, height, 3, lambda y: rows[y // 5 % 2])
 
 
 def depth(seed, width=60, height=80):
     row = bytes(40 if x < 20 + 3 * seed else 200 for x in range(width))
-    return png(width, height, lambda y: row)
+    return png(width, height, 1, lambda y: row)
 
 
 class folder_of_photos:
@@ -97,10 +88,6 @@ class folder_of_photos:
         check(f"--batch {arguments}: indices", sorted(line["index"] for line in lines) == list(range(len(lines))), lines)
         self.said = result.stderr.decode()
         return {line["photo"]: line for line in lines}
-
-
-def is_whole_glb(data):
-    return data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
 
 
 def the_same_bytes():
@@ -199,7 +186,7 @@ def memory():
         for i in range(4):
             f.write(f"large/{i}.png", photo(i, 900, 700))
             f.write(f"depth/{i}.png", depth(i, 900, 700))
-        f.write("large/7.png", png(9000, 9000, lambda y: bytes(9000)))
+        f.write("large/7.png", png(9000, 9000, 1, lambda y: bytes(9000)))
         f.write("depth/7.png", depth(7, 100, 100))
         lines = f.batch("large", "-o", "out", "--report", "reports", "--memory", f"{bound}MB", "--threads", "4", code=NEVER)
         check("photos that fit", f.list("out") == [f"{i}.glb" for i in range(4)], lines)

@@ -11,12 +11,12 @@ import random
 import shutil
 import signal
 import stat
-import struct
 import subprocess
 import sys
 import tempfile
 import time
-import zlib
+
+from files import is_whole_glb, png
 
 PROGRAM, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 KILLS = int(sys.argv[3]) if len(sys.argv) > 3 else 24
@@ -32,15 +32,6 @@ def check(name, is_good, said=""):
     else:
         failed += 1
         print(f"FAILED {name} {said}")
-
-
-def png(width, height, channels, row):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2}[channels], 0, 0, 0)
-    rows = b"".join(b"\0" + row(y) for y in range(height))
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
 PHOTO = png(60, 80, 3, lambda y: bytes(60 + 120 * ((x // 5 + y // 5) % 2) for x in range(60) for _ in range(3)))
@@ -89,10 +80,6 @@ class folder_of_files:
 
     def run(self, *arguments, quiet=True, **how):
         return subprocess.run(self.command(*arguments, *(["--quiet"] if quiet else [])), cwd=self.path, capture_output=True, timeout=120, **how)
-
-
-def is_whole_glb(data):
-    return data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
 
 
 def expect(name, folder, arguments, code, words=(), made=None, quiet=True, **how):

@@ -1,8 +1,8 @@
 // Memory of ldi as NumPy sees it, and NumPy's as ldi does, without copies.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 
 #include <pybind11/numpy.h>

@@ -4,9 +4,9 @@
 //   estimate FOLDER_OF_THE_PUBLISHED_NETWORK
 //   estimate STUDENT.safetensors
 //
-// In, as often as one likes: height, width, whether to bring the photo to the network's size (int32; if not, both sides are
+// In, as often as one likes: height, width, whether to bring the photo to the network's sizes (int32; if not, both sides are
 // multiples of 32), height x width x 3 bytes. Out, for each: height, width (int32), the network's own result (height x width
-// bytes), disparity (height x width float32).
+// bytes; at the larger size, where it sees the photo at two), disparity (height x width float32).
 
 #include <ldi/formats/tiefenrausch_file.hpp>
 
@@ -33,9 +33,10 @@ void serve(const ldi::tiefenrausch& network) {
         ldi::image<std::uint8_t> photo =
             ldi::image<std::uint8_t>(static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]), 3);
         if (!read(photo.data(), photo.size())) throw std::runtime_error("a photo that is cut off");
-        if (size[2] != 0) photo = network.resize_for_network(photo, threads);
-        const ldi::image<std::uint8_t> levels = network.levels(photo, threads);
-        const ldi::image<float> disparity = network.disparity_of(levels);
+        const bool as_it_is = size[2] == 0;
+        const ldi::image<std::uint8_t> levels =
+            network.levels(as_it_is ? photo : network.resize_for_network(photo, threads, network.sizes().details), threads);
+        const ldi::image<float> disparity = as_it_is ? network.disparity_of(levels) : network.disparity(photo);
         const std::int32_t sides[2] = {static_cast<std::int32_t>(levels.height()), static_cast<std::int32_t>(levels.width())};
         write(sides, 2);
         write(levels.data(), levels.size());

@@ -189,8 +189,9 @@ def main():
             if version == "as they are":
                 pictures.append([photo, truth, *found.values()])
                 for n in ("published", "student"):
-                    pair = found[n + ", float"].ravel(), found[n + ", 8 bits"].ravel()
-                    likeness.setdefault(n, []).append(np.corrcoef(*pair)[0, 1])
+                    in_8_bits = found[n + ", 8 bits"]  # may be larger: the library looks twice
+                    in_float = cv2.resize(found[n + ", float"], in_8_bits.shape[::-1], interpolation=cv2.INTER_LINEAR)
+                    likeness.setdefault(n, []).append(np.corrcoef(in_float.ravel(), in_8_bits.ravel())[0, 1])
         if a.each:
             print(f"{name:26s}", "  ".join(f"{n} {results['as they are', n][-1]['delta']:.3f}" for n in networks))
     mean = {at: {m: np.nanmean([float(r[m]) for r in found]) for m in found[0]} for at, found in results.items()}

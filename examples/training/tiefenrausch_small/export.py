@@ -179,7 +179,8 @@ def main():
     tensors = tensors_of(net)
     write_safetensors(a.out, tensors, {
         "format": "ldi", "name": "tiefenrausch_small", "version": "1", "operator_names": " ".join(op.name for op in net.operators),
-        "output": "disparity", "provenance": json.dumps({
+        # What the library sees a photograph at: on photographs held out, better in every measure than once at 384 (README.md).
+        "output": "disparity", "details_long_side": "448", "layout_long_side": "320", "provenance": json.dumps({
             "recipe": "examples/training/tiefenrausch_small", "teachers": "TCMonoDepth, small (MIT); Tiefenrausch as published (MIT)",
             "start": "MobileNet V2 trained on ImageNet (Apache-2.0, google-coral/test_data)", "photographs": len(names),
             "photograph_names_sha256": hashlib.sha256("\n".join(names).encode()).hexdigest(), "steps": state["step"],

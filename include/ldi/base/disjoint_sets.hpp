@@ -3,8 +3,8 @@
 // the order of merging.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -9,8 +9,8 @@
 //      to a fold, in the middle of what hides it would else bleed into that.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/layered_image.hpp>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/runs.hpp>
 

@@ -2,8 +2,8 @@
 // isolated features at middle values) and everything that must treat a surface as one thing starts from them.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/runs.hpp>
 

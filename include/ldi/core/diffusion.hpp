@@ -8,8 +8,8 @@
 // rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <array>
 #include <cstddef>

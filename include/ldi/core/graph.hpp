@@ -3,8 +3,8 @@
 // its rows.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <cstddef>
 #include <cstdint>

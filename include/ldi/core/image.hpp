@@ -2,8 +2,8 @@
 // in without a copy, and return an `image`, which owns its values.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <concepts>
 #include <cstddef>

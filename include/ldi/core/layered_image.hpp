@@ -2,8 +2,8 @@
 // by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>

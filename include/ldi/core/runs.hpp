@@ -2,7 +2,7 @@
 // so walking it run by run is walking image rows.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <cstdint>

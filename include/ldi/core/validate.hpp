@@ -2,7 +2,7 @@
 // may you.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>

@@ -2,8 +2,8 @@
 // (paper, section "Depth Pre-processing", connected components).
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/runs.hpp>

@@ -7,10 +7,10 @@
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 

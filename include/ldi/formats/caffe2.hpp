@@ -2,8 +2,8 @@
 // NAME.pb has the operators, NAME_init.pb the weights. Needs protozero, a header-only reader of protocol buffers, and exceptions.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/caffe2_message.hpp>
 #include <ldi/formats/detail/caffe2_operator.hpp>

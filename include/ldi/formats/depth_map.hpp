@@ -2,8 +2,8 @@
 // become one thing: disparity, larger nearer, up to a positive scale and a shift, NaN where the file knows nothing.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/float_map.hpp>

@@ -3,9 +3,9 @@
 // (formats/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/checksums.hpp>
 

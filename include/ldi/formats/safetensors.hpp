@@ -3,8 +3,8 @@
 // formats/safetensors_file.hpp reads them by name.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/json.hpp>

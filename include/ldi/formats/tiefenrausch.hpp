@@ -14,7 +14,25 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// "output" in the metadata says what the result stands for, "disparity" or "log disparity".
+namespace detail {
+
+/// A size that a weight file names, if it does.
+inline std::size_t size_in(const named_tensors& file, const char* key, std::size_t otherwise) {
+    const auto found = file.metadata.find(key);
+    if (found == file.metadata.end()) return otherwise;
+    const std::string& digits = found->second;
+    if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos)
+        raise(error_code::invalid_data, place_in(file.where, std::string("metadata \"") + key + "\""),
+              "a number of pixels of one to four digits", printable(digits));
+    std::size_t size = 0;
+    for (const char digit : digits) size = 10 * size + static_cast<std::size_t>(digit - '0');
+    return size;
+}
+
+}  // namespace detail
+
+/// "output" in the metadata says what the result stands for, "disparity" or "log disparity"; "details_long_side" and
+/// "layout_long_side" give depth_network_sizes that differ from the paper's.
 ///
 /// Raises those of decode_safetensors(), read_quantized_network() and tiefenrausch; mismatch where the metadata tell of another
 /// network.
@@ -27,8 +45,11 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
     const auto output = file.metadata.find("output");
     const bool is_linear = output != file.metadata.end() && output->second == "disparity";
     if (!is_linear) detail::check_metadata(file, "a depth network", "output", "log disparity");
+    depth_network_sizes sizes;
+    sizes.details = detail::size_in(file, "details_long_side", sizes.details);
+    sizes.layout = detail::size_in(file, "layout_long_side", sizes.layout);
     return tiefenrausch(read_quantized_network(file), target,
-                        is_linear ? network_output::disparity : network_output::log_disparity);
+                        is_linear ? network_output::disparity : network_output::log_disparity, sizes);
 }
 
 }  // namespace ldi

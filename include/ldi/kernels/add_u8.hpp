@@ -2,7 +2,7 @@
 // results.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/kernels/add_u8/avx2.hpp>
 #include <ldi/kernels/add_u8/avx512vnni.hpp>

@@ -2,9 +2,9 @@
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 

@@ -7,7 +7,7 @@
 // products are below 2^-126 (those may count as zero): instruction sets add in different order, and round differently.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/conv_bf16/avx512bf16.hpp>
 #include <ldi/kernels/conv_bf16/contract.hpp>
 #include <ldi/kernels/conv_bf16/scalar.hpp>

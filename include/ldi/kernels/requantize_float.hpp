@@ -4,7 +4,7 @@
 // constants miss a few thresholds by one; nudged by some units in the last place they miss none.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/kernels/requantize.hpp>
 

@@ -2,9 +2,9 @@
 // every vertex is lifted along its ray according to its disparity.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>

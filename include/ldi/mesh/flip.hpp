@@ -2,7 +2,7 @@
 // which disparity would be interpolated between vertices that have nothing to do with each other.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/mesh/polygon.hpp>
 
 #include <algorithm>

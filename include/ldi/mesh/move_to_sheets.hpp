@@ -2,8 +2,8 @@
 // texture coordinates.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/mesh/textured_mesh.hpp>

@@ -2,7 +2,7 @@
 // "meshing" a), cut into pieces that neighboring charts share.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/graph.hpp>

@@ -2,7 +2,7 @@
 // Coordinates are integers, so every question about them has an exact answer in 64 bits.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 
 #include <cstdint>
 

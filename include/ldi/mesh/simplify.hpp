@@ -2,8 +2,8 @@
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/mesh/outlines.hpp>

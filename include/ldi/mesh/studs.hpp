@@ -9,8 +9,8 @@
 // ones.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/charts.hpp>

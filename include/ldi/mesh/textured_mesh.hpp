@@ -1,8 +1,8 @@
 // The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <algorithm>
 #include <cstddef>

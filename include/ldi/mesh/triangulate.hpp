@@ -4,8 +4,8 @@
 // are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/mesh/detail/waiting_chains.hpp>
 #include <ldi/mesh/polygon.hpp>
 

@@ -4,9 +4,9 @@
 // architecture on the same layers (networks/inpainting_architecture.hpp).
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>

@@ -7,8 +7,8 @@
 // blue.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/window.hpp>
 #include <ldi/kernels/isa.hpp>

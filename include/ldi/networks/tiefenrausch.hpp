@@ -3,15 +3,16 @@
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/kernels/area_resize.hpp>
 #include <ldi/networks/detail/exponential.hpp>
+#include <ldi/networks/detail/layout.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>
 
 #include <algorithm>
@@ -21,6 +22,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -30,17 +32,25 @@ enum class network_output {
     disparity,      ///< disparity itself, 0 infinitely far: known up to scale, and up to shift as far as one can guess
 };
 
+/// The long sides that a photo has where a depth network sees it, in pixels, multiples of 32. The paper's network sees it once.
+struct depth_network_sizes {
+    std::size_t details = 384;  ///< and the result's
+    /// If not 0, the network sees the mirrored photo at this size, too, and how things lie is the mean of both (what is coarser
+    /// than 16 samples of the result).
+    std::size_t layout = 0;
+};
+
 /// Estimates disparity from one photo. All members are const and keep no state: one object serves any number of threads at once.
 class tiefenrausch {
 public:
-    static constexpr std::size_t long_side = 384;  ///< of the image that the network sees
+    static constexpr std::size_t long_side = 384;  ///< of the image that the paper's network sees
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
     /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
-                          network_output output = network_output::log_disparity)
-        : network_(description, target), output_(output) {
+                          network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
+        : network_(description, target), output_(output), sizes_(sizes) {
         const std::string where = detail::place_in(description.where, "depth network");
         if (network_.input_channels() != 3 || network_.output_channels() != 1)
             raise(error_code::mismatch, where, "3 channels in and 1 out",
@@ -49,17 +59,25 @@ public:
         if (result != smallest)
             raise(error_code::mismatch, where, "a result as large as the input, 32 x 32",
                   std::to_string(result.width) + " x " + std::to_string(result.height));
+        for (const std::size_t side : {sizes.details, sizes.layout})
+            if (side % alignment != 0 || side > most_long_side || sizes.details == 0)
+                raise(error_code::mismatch, where,
+                      "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
         if (level_quantization().scale > most_scale)
             raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + std::to_string(most_scale),
                   "steps of " + std::to_string(level_quantization().scale));
     }
 
-    /// The size that a photo is brought to: long side 384, each side rounded down to a multiple of 32, at least 32.
-    static tensor_size network_size(tensor_size photo) {
+    depth_network_sizes sizes() const { return sizes_; }
+
+    /// The size that a photo is brought to: each side is rounded down to a multiple of 32, at least 32.
+    ///
+    /// to  the long side, a multiple of 32, in pixels
+    static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
             const std::size_t scaled =
-                length == longer ? long_side : static_cast<std::size_t>(std::uint64_t{length} * long_side / longer);
+                length == longer ? to : static_cast<std::size_t>(std::uint64_t{length} * to / longer);
             return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
@@ -68,12 +86,13 @@ public:
     /// photo  H x W x 3, red, green, blue, 0 to 255
     /// Returns the photo at network_size(), averaged over areas.
     template <executor Executor>
-    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads) {
+    static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
+                                                  std::size_t to = long_side) {
         if (photo.empty() || photo.channels() != 3)
             raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
                   std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
                       std::to_string(photo.channels()));
-        const tensor_size size = network_size({photo.height(), photo.width()});
+        const tensor_size size = network_size({photo.height(), photo.width()}, to);
         return area_resize(photo, size.height, size.width, threads);
     }
 
@@ -106,12 +125,23 @@ public:
 
     /// photo   H x W x 3, red, green, blue, 0 to 255, of any size
     /// progress  is told of stage "depth estimation"
-    /// Returns H' x W' x 1, H' x W' as network_size() says: positive, larger is nearer, known up to a factor.
+    /// Returns H' x W' x 1, H' x W' as network_size() says for sizes().details: positive, larger is nearer, known up to a factor.
     template <executor Executor = const serial_executor>
     image<float> disparity(image_view<const std::uint8_t> photo, const progress_listener& progress = {},
                            Executor&& threads = {}) const {
-        const auto report = [&](float fraction) { progress.report("depth estimation", fraction); };
-        return disparity_of(levels(resize_for_network(photo, threads), threads, report));
+        const float share = sizes_.layout == 0 ? 1.0F : details_share();
+        const auto see = [&](std::size_t side, bool is_mirrored, float begin, float end) {
+            image<std::uint8_t> rgb = resize_for_network(photo, threads, side);
+            if (is_mirrored) rgb = detail::mirrored(rgb);
+            return disparity_of(levels(
+                rgb, threads, [&](float fraction) { progress.report("depth estimation", begin + fraction * (end - begin)); }));
+        };
+        image<float> details = see(sizes_.details, false, 0, share);
+        if (sizes_.layout == 0) return details;
+        details = detail::with_layout(std::move(details), detail::mirrored(see(sizes_.layout, true, share, 1)));
+        const float least = disparity_table()[0];
+        for (float& disparity : details) disparity = (std::max)(disparity, least);
+        return details;
     }
 
     /// The disparities that the values of levels() stand for, same shape.
@@ -146,7 +176,14 @@ public:
     }
 
 private:
+    static constexpr std::size_t most_long_side = 4096;
     static constexpr float most_scale = 0.25F;  ///< disparity would leave the range of float beyond it
+
+    /// Of the time that both take.
+    float details_share() const {
+        const auto area = [](std::size_t side) { return detail::nearest_float(side * side); };
+        return area(sizes_.details) / (area(sizes_.details) + area(sizes_.layout));
+    }
 
     static void check_input(const image<std::uint8_t>& rgb) {
         if (rgb.size() == 0 || rgb.channels() != 3 || rgb.height() % alignment != 0 || rgb.width() % alignment != 0)
@@ -167,6 +204,7 @@ private:
 
     quantized_network network_;
     network_output output_;
+    depth_network_sizes sizes_;
 };
 
 }  // namespace ldi

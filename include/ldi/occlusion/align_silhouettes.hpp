@@ -7,13 +7,13 @@
 // section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
-#include <ldi/occlusion/detail/curve_band.hpp>
+#include <ldi/occlusion/detail/straightened_curve.hpp>
 #include <ldi/occlusion/detail/trace_curves.hpp>
 
 #include <algorithm>

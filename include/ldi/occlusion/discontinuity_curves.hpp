@@ -5,8 +5,8 @@
 // discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/trace_curves.hpp>

@@ -2,8 +2,8 @@
 // curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/layered_image.hpp>

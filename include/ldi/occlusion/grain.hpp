@@ -9,8 +9,8 @@
 // depends on a pixel's position alone: a result is always the same.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>

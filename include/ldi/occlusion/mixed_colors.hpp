@@ -4,8 +4,8 @@
 // that. Only where the two surfaces look alike a fixed margin of the foreground is marked.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>

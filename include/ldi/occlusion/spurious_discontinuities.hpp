@@ -3,7 +3,7 @@
 // slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/discontinuity_curves.hpp>
 

@@ -8,7 +8,7 @@
 // before the sky.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>

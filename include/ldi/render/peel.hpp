@@ -2,9 +2,9 @@
 // camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>

@@ -2,8 +2,8 @@
 // Generation").
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>

@@ -1,7 +1,7 @@
 // Where charts lie that show the photo at its own size (texture/sheets.hpp).
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>

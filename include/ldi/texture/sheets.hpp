@@ -11,9 +11,9 @@
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>

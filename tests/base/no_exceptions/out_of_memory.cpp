@@ -1,6 +1,7 @@
 // A program of its own, compiled with -fno-exceptions -fno-rtti: where the caller's memory has no more, the handler hears of it.
 // It jumps out, so that many places can be tried. Exit code 0 means that it was called at each of them.
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/memory.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>

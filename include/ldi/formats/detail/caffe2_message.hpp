@@ -2,8 +2,8 @@
 // protozero. Files are not trusted: every length and type is checked here before protozero acts on it.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 
 #if !LDI_HAS_EXCEPTIONS
 #error "ldi reads Caffe2 files with protozero, which throws: compile the file that includes this with exceptions"

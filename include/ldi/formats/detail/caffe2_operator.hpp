@@ -1,8 +1,8 @@
 // The operators of a Caffe2 file with their arguments looked up by name and checked, before anything is made of them.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/formats/detail/caffe2_message.hpp>
 #include <ldi/nn/dense/network_description.hpp>

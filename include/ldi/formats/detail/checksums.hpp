@@ -14,7 +14,7 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 /// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
 
-constexpr crc32_rows make_crc32_rows() {
+inline crc32_rows make_crc32_rows() {
     crc32_rows rows{};
     for (std::uint32_t byte = 0; byte < 256; ++byte) {
         std::uint32_t remainder = byte;

@@ -3,8 +3,8 @@
 // whose way of rounding at ties it keeps. std::to_chars is not in every standard library that ldi is compiled with.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 
 #include <cmath>
 #include <cstddef>

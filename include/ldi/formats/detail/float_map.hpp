@@ -2,8 +2,8 @@
 // 1 to 3, float32 and float64).
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/picture_decoder.hpp>
 

@@ -1,7 +1,7 @@
 // The parts of a GLB file: what stands in its binary chunk, and the JSON that describes it (formats/glb.hpp).
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/formats/detail/decimal.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/version.hpp>

@@ -2,7 +2,7 @@
 // is copied. What is read may come from anybody.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/formats/detail/json_reader.hpp>
 
 #include <cstdint>

@@ -2,8 +2,8 @@
 // the caller allows and strings that are not UTF-8 are refused.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 // all of the picture is there; these functions do.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/formats/detail/checksums.hpp>
 

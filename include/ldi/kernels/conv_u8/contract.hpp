@@ -1,7 +1,7 @@
 // What a kernel of kernels/conv_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/detail/conv_weights.hpp>
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // How weights lie for depthwise_u8/avx2.hpp: split so that no sum of 16 bits can saturate (detail/unsaturated_pairs.hpp).
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/depthwise_u8/contract.hpp>
 #include <ldi/kernels/depthwise_u8/stretches.hpp>
 #include <ldi/kernels/detail/unsaturated_pairs.hpp>

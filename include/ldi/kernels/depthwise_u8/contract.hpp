@@ -1,7 +1,7 @@
 // What a kernel of kernels/depthwise_u8.hpp is given and has to do.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/detail/choose_target.hpp>
 #include <ldi/kernels/isa.hpp>
 #include <ldi/kernels/requantize_float.hpp>

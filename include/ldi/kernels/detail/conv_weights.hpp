@@ -2,8 +2,8 @@
 // all instruction sets.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/kernels/bfloat16.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>

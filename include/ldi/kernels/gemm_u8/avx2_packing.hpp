@@ -5,7 +5,7 @@
 // weights have to be split over two, is found here, for each panel of 16 outputs.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/kernels/detail/unsaturated_pairs.hpp>
 #include <ldi/kernels/gemm_u8/contract.hpp>

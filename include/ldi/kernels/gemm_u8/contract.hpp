@@ -1,7 +1,7 @@
 // What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/detail/choose_target.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>

@@ -3,8 +3,8 @@
 // its boundary.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/graph.hpp>
 

@@ -1,7 +1,7 @@
 // Finds where a polygon's outline crosses or touches itself, all places at once.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/mesh/polygon.hpp>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/mesh/detail/boundary_walk.hpp>
 

@@ -2,7 +2,7 @@
 // chart, and the bends of disparity along one of them.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // triangles that it can.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/mesh/polygon.hpp>
 
 #include <cstdint>

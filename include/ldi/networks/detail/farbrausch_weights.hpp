@@ -1,8 +1,8 @@
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/kernels/requantize.hpp>

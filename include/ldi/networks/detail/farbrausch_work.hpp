@@ -2,7 +2,7 @@
 // wanted ones need, found backwards through the network.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>

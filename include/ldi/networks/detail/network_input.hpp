@@ -2,7 +2,7 @@
 // colors.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>

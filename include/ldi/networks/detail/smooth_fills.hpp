@@ -2,9 +2,9 @@
 // image. examples/training/farbrausch/README.md says what they are, step by step.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/networks/detail/farbrausch_work.hpp>

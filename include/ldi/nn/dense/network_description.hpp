@@ -2,7 +2,7 @@
 // (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/requantize.hpp>
 
 #include <array>

@@ -2,8 +2,8 @@
 // "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/nn/dense/detail/schedule.hpp>
 

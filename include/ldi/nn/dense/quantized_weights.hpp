@@ -2,8 +2,8 @@
 // examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 #include <ldi/nn/ldi/weights.hpp>
 

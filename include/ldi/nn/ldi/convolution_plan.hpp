@@ -3,7 +3,7 @@
 // which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/window.hpp>

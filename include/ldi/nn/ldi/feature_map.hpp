@@ -2,8 +2,8 @@
 // section "Mapping the PConv Network to LDI").
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 // others.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
 

@@ -3,9 +3,9 @@
 // with another.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/coarsening.hpp>
 #include <ldi/core/graph.hpp>

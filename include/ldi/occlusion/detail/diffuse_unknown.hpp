@@ -1,7 +1,7 @@
 // Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 

@@ -2,7 +2,7 @@
 // costs nothing but its new pixels; then both are merged into canonical order in one pass.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/layered_image.hpp>
 
 #include <algorithm>

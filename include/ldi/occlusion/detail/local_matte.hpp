@@ -5,7 +5,7 @@
 // pair has.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/occlusion/detail/silhouette_band.hpp>

@@ -2,7 +2,7 @@
 // surfaces there: samples from where neither is mixed with the other.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <array>

@@ -2,7 +2,7 @@
 // them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <array>

@@ -4,7 +4,7 @@
 // it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/occlusion/detail/scrambled.hpp>

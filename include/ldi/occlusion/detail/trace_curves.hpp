@@ -1,7 +1,7 @@
 // Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/occlusion/discontinuity.hpp>

@@ -2,9 +2,9 @@
 // corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/disjoint_sets.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/graph.hpp>

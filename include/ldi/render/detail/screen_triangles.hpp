@@ -2,7 +2,7 @@
 // rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>

@@ -1,7 +1,7 @@
 // Draws a chart as large as the photo (texture/sheets.hpp), row by row.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>

@@ -1,7 +1,7 @@
 // Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>

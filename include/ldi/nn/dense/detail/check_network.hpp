@@ -2,8 +2,8 @@
 // used, and an error names the tensor.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/nn/dense/network_description.hpp>
 

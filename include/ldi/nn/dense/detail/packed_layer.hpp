@@ -1,7 +1,7 @@
 // The layers of a quantized_network as its kernels take them.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>
 #include <ldi/kernels/gemm_u8.hpp>

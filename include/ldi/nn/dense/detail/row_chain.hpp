@@ -3,7 +3,7 @@
 // wider tensors inside the network's blocks never reach memory.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/kernels/repeat_pixels_u8.hpp>
 #include <ldi/nn/dense/detail/packed_layer.hpp>
 

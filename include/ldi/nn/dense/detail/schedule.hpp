@@ -1,7 +1,7 @@
 // In which chains the layers of a network run, and where in one block of memory their tensors lie.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/nn/dense/detail/packed_layer.hpp>
 #include <ldi/nn/dense/detail/row_chain.hpp>

@@ -2,8 +2,8 @@
 // together in a small buffer; both by the same kernel, which adds in the same order.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
-#include <ldi/base/memory.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>

@@ -1,7 +1,7 @@
 // Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // across the curve. What is beyond the band's uncertain middle tells how front and back look there.
 #pragma once
 
-#include <ldi/base/memory.hpp>
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/occlusion/detail/trace_curves.hpp>

@@ -1,0 +1,272 @@
+// `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
+#pragma once
+
+#include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/memory.hpp>
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <new>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The start of a cache line, so that no vector load of packed values straddles two.
+inline constexpr std::size_t buffer_alignment = 64;
+
+/// Asks for values that are left as they are. Without it a buffer sets them to zero.
+struct unset_t {};
+inline constexpr unset_t unset{};
+
+namespace detail {
+
+/// An iterator with a difference: std::random_access_iterator without the header that defines it.
+template <class T>
+concept element_iterator = requires(T i) {
+    *i;
+    ++i;
+    i - i;
+};
+
+/// Apart from `buffer`, so that it is compiled once for all element types.
+[[noreturn]] inline void out_of_memory() {
+#if LDI_HAS_EXCEPTIONS
+    throw std::bad_alloc();
+#else
+    raise(error_code::out_of_memory, "memory", "enough of it", "too little");  // texts so short that they need none
+#endif
+}
+
+/// What a buffer holds, whatever its values: compiled once for all types.
+struct memory_block {
+    void* values = nullptr;
+    std::size_t size = 0, capacity = 0;  ///< in values
+    const memory* from = nullptr;
+
+    /// A larger place, in which nothing is yet.
+    void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        if (from == nullptr) from = &current_memory();
+        if (new_capacity > SIZE_MAX / 2 / value_size) out_of_memory();
+        void* place = from->allocate(from->context, new_capacity * value_size, alignment);
+        if (place == nullptr) out_of_memory();
+        return place;
+    }
+    /// Goes on with `place`, where the values are now.
+    void replace(void* place, std::size_t new_capacity, std::size_t value_size) {
+        release(value_size);
+        values = place, capacity = new_capacity;
+    }
+    /// For values that move as bytes.
+    [[gnu::noinline]] void reallocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
+        void* place = allocate(new_capacity, value_size, alignment);
+        if (size > 0) std::memcpy(place, values, size * value_size);
+        replace(place, new_capacity, value_size);
+    }
+    void release(std::size_t value_size) const {
+        if (values != nullptr) from->release(from->context, values, capacity * value_size);
+    }
+    std::size_t grown(std::size_t needed) const {
+        const std::size_t more = capacity + capacity / 2 + 4;
+        return more > needed ? more : needed;
+    }
+};
+
+}  // namespace detail
+
+/// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
+/// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
+/// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
+/// exceptions it raises error_code::out_of_memory.
+template <class T>
+class buffer {
+public:
+    using value_type = T;
+    using iterator = T*;
+    using const_iterator = const T*;
+
+    buffer() = default;
+    // Through the default constructor: where memory runs out half way, the destructor gives back what there is.
+    explicit buffer(std::size_t count) : buffer() { resize(count); }
+    buffer(std::size_t count, unset_t) : buffer() { resize(count, unset); }
+    buffer(std::size_t count, const T& value) : buffer() { resize(count, value); }
+    buffer(std::initializer_list<T> values) : buffer(values.begin(), values.end()) {}
+    template <detail::element_iterator Iterator>
+    buffer(Iterator first, Iterator last) : buffer() {
+        append(first, last);
+    }
+    buffer(const buffer& other) : buffer(other.begin(), other.end()) {}
+    buffer(buffer&& other) noexcept : block_(other.block_) { other.block_ = {}; }
+    buffer& operator=(const buffer& other) {
+        if (this != &other) assign(other.begin(), other.end());
+        return *this;
+    }
+    buffer& operator=(buffer&& other) noexcept {
+        buffer(std::move(other)).swap(*this);
+        return *this;
+    }
+    ~buffer() {
+        destroy_from(0);
+        block_.release(sizeof(T));
+    }
+
+    std::size_t size() const { return block_.size; }
+    /// size() in the type that ldi's indices have; also the index of the value that is appended next.
+    std::int32_t count() const {
+        LDI_ASSERT(size() <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size());
+    }
+    std::size_t capacity() const { return block_.capacity; }
+    bool empty() const { return size() == 0; }
+    T* data() { return static_cast<T*>(block_.values); }
+    const T* data() const { return static_cast<const T*>(block_.values); }
+    T* begin() { return data(); }
+    const T* begin() const { return data(); }
+    T* end() { return data() + size(); }
+    const T* end() const { return data() + size(); }
+
+    template <std::integral Index>
+    T& operator[](Index i) {
+        return data()[static_cast<std::size_t>(i)];
+    }
+    template <std::integral Index>
+    const T& operator[](Index i) const {
+        return data()[static_cast<std::size_t>(i)];
+    }
+    T& front() { return *data(); }
+    const T& front() const { return *data(); }
+    T& back() { return end()[-1]; }
+    const T& back() const { return end()[-1]; }
+
+    /// New values are zero.
+    void resize(std::size_t count) {
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T();
+    }
+    /// New values of trivial types are not set.
+    void resize(std::size_t count, unset_t) {
+        if constexpr (__is_trivially_constructible(T)) {
+            make_size(count);
+            block_.size = count;
+        } else {
+            resize(count);
+        }
+    }
+    void resize(std::size_t count, const T& value) {
+        const T copy = value;  // it may lie in what moves
+        make_size(count);
+        for (; size() < count; ++block_.size) ::new (place_at_end()) T(copy);
+    }
+    void reserve(std::size_t count) {
+        if (count > capacity()) reallocate(count);
+    }
+    void clear() { destroy_from(0); }
+    void assign(std::size_t count, const T& value) {
+        const T copy = value;
+        clear();
+        resize(count, copy);
+    }
+    template <detail::element_iterator Iterator>
+    void assign(Iterator first, Iterator last) {
+        clear();
+        append(first, last);
+    }
+    void push_back(const T& value) { emplace_back(value); }
+    void push_back(T&& value) { emplace_back(std::move(value)); }
+    template <class... Arguments>
+    T& emplace_back(Arguments&&... arguments) {
+        if (size() == capacity()) {
+            T made(std::forward<Arguments>(arguments)...);  // the arguments may lie in what moves
+            reallocate(block_.grown(size() + 1));
+            ::new (place_at_end()) T(std::move(made));
+        } else {
+            ::new (place_at_end()) T(std::forward<Arguments>(arguments)...);
+        }
+        return data()[block_.size++];  // only now: what could not be made is not destroyed
+    }
+    void pop_back() { destroy_from(size() - 1); }
+    /// The range must not lie in this buffer.
+    template <detail::element_iterator Iterator>
+    void append(Iterator first, Iterator last) {
+        make_room(size() + static_cast<std::size_t>(last - first));
+        for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
+    }
+    /// Trivial types only, as erase. `value` must not lie in this buffer.
+    T* insert(T* place, const T& value) { return insert(place, &value, &value + 1); }
+    template <detail::element_iterator Iterator>
+    T* insert(T* place, Iterator first, Iterator last) {
+        static_assert(moves_as_bytes);
+        const std::size_t at = static_cast<std::size_t>(place - begin()), moved = size() - at;
+        const std::size_t count = static_cast<std::size_t>(last - first);
+        if (size() + count > capacity()) reallocate(block_.grown(size() + count));
+        place = begin() + at;
+        if (moved > 0) std::memmove(static_cast<void*>(place + count), place, moved * sizeof(T));
+        for (T* to = place; first != last; ++first, ++to) ::new (static_cast<void*>(to)) T(static_cast<T>(*first));
+        block_.size += count;
+        return place;
+    }
+    T* insert(T* place, std::initializer_list<T> values) { return insert(place, values.begin(), values.end()); }
+    T* erase(T* first, T* last) {
+        static_assert(moves_as_bytes);
+        if (last != end()) std::memmove(static_cast<void*>(first), last, static_cast<std::size_t>(end() - last) * sizeof(T));
+        block_.size -= static_cast<std::size_t>(last - first);
+        return first;
+    }
+    T* erase(T* place) { return erase(place, place + 1); }
+
+    void swap(buffer& other) noexcept {
+        const detail::memory_block mine = block_;
+        block_ = other.block_;
+        other.block_ = mine;
+    }
+    friend void swap(buffer& a, buffer& b) noexcept { a.swap(b); }
+    friend bool operator==(const buffer& a, const buffer& b) {
+        if (a.size() != b.size()) return false;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (!(a[i] == b[i])) return false;
+        return true;
+    }
+
+private:
+    // Built into compilers, which std::is_trivially_copyable_v is not: it would take a fifth of the time to parse ldi.
+    static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
+    static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
+
+    void* place_at_end() { return static_cast<void*>(end()); }
+
+    void make_room(std::size_t count) {
+        if (count > capacity()) reallocate(empty() ? count : block_.grown(count));
+    }
+    // Has room for `count` values, and no more values than that.
+    void make_size(std::size_t count) {
+        if (count < size()) destroy_from(count);
+        make_room(count);
+    }
+
+    void destroy_from(std::size_t count) {
+        if constexpr (!moves_as_bytes)
+            for (std::size_t i = count; i < size(); ++i) data()[i].~T();
+        block_.size = count;
+    }
+
+    void reallocate(std::size_t new_capacity) {  // seldom called, from very many places
+        if constexpr (moves_as_bytes)
+            block_.reallocate(new_capacity, sizeof(T), alignment);
+        else
+            move_to(static_cast<T*>(block_.allocate(new_capacity, sizeof(T), alignment)), new_capacity);
+    }
+    [[gnu::noinline]] void move_to(T* place, std::size_t new_capacity) {
+        for (std::size_t i = 0; i < size(); ++i) {
+            ::new (static_cast<void*>(place + i)) T(std::move(data()[i]));
+            data()[i].~T();
+        }
+        block_.replace(place, new_capacity, sizeof(T));
+    }
+
+    detail::memory_block block_;
+};
+
+}  // namespace ldi
