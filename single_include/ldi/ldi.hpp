@@ -15139,17 +15139,17 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
+    /// Looks along rows, then along columns.
     void guard_borders() {
-        buffer<std::int32_t> near_row(found_.size(), 0);  // 1: a pixel of that row, within reach, is not the photo's
-        const auto is_guarded = [&](std::int32_t y, std::int32_t x) -> std::int32_t& { return near_row[y * width_ + x]; };
+        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
                 if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
                     for (std::int32_t u = (std::max)(x - guarded, 0); u <= (std::min)(x + guarded, width_ - 1); ++u)
-                        is_guarded(y, u) = 1;
+                        beside(y, u) = 1;
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x) {
-                if (is_guarded(y, x) == 0) continue;
+                if (beside(y, x) == 0) continue;
                 for (std::int32_t v = (std::max)(y - guarded, 0); v <= (std::min)(y + guarded, height_ - 1); ++v)
                     if (found_(v, x) == sheet_source::photo) found_(v, x) = sheet_source::cleaned;
             }
@@ -15294,6 +15294,19 @@ private:
 
 namespace ldi::inline LDI_CONFIGURATION {
 
+namespace detail {
+
+/// Raises mismatch if the atlas has no such padding around a chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
+                       bottom = std::int64_t{in_atlas.y} + shape.height + padding;
+    if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
+        bottom > static_cast<std::int64_t>(atlas.kind.height()))
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+}
+
+}  // namespace detail
+
 /// The largest chart_options::max_side with which every chart finds room on a sheet.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
@@ -15312,7 +15325,7 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
 /// layers         known_column tells which pixels the photo shows
 /// charts, atlas  of these layers
 /// photo_height, photo_width  of the photo that sheets will show
-/// Raises invalid_option, and too_large for a chart that fits on no sheet.
+/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -15320,6 +15333,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const graph& g = layers.topology;
+    if (atlas.placements.size() != charts.charts.size())
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
     LDI_ASSERT(photo_height > 0 && photo_width > 0 && g.width > 0 && g.height > 0);
     sheet_layout layout;
     layout.padding = options.padding;
@@ -15333,6 +15348,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     buffer<std::int32_t> enlarged;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const chart& shape = charts.charts[c];
+        detail::check_padding(shape, atlas.placements[c], atlas, options.padding);
         if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
             continue;
         sheet_placement& place = layout.placements[c];
@@ -15355,9 +15371,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. Each texel in a pixel of the layered image that has the photo's color is
-/// the photo's own, unchanged. Others have the atlas's color, smoothly enlarged: what is hidden, and what is beside silhouettes,
-/// where the photo mixes two surfaces. There, what looks like its surface is the photo's all the same.
+/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
+/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
+/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  that the sheets were laid out for
@@ -15380,6 +15396,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
+        detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {

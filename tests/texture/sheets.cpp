@@ -239,6 +239,7 @@ TEST_CASE("what does not fit together, or on a sheet, is refused") {
     };
     CHECK(code_of([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
     CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
+    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
     CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
     CHECK(code_of([&] { largest_chart_side(200); }) == error_code::too_large);
     CHECK(largest_chart_side(1.0) > 4000);

@@ -31,6 +31,19 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
+namespace detail {
+
+/// Raises mismatch if the atlas has no such padding around a chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
+                       bottom = std::int64_t{in_atlas.y} + shape.height + padding;
+    if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
+        bottom > static_cast<std::int64_t>(atlas.kind.height()))
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+}
+
+}  // namespace detail
+
 /// The largest chart_options::max_side with which every chart finds room on a sheet.
 ///
 /// scale  pixels of the photo per pixel of the layered image, the larger of both directions
@@ -49,7 +62,7 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
 /// layers         known_column tells which pixels the photo shows
 /// charts, atlas  of these layers
 /// photo_height, photo_width  of the photo that sheets will show
-/// Raises invalid_option, and too_large for a chart that fits on no sheet.
+/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
 template <has_columns<known_column> Layers>
 sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
                             std::size_t photo_width, const sheet_options& options = {}) {
@@ -57,6 +70,8 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
     const graph& g = layers.topology;
+    if (atlas.placements.size() != charts.charts.size())
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
     LDI_ASSERT(photo_height > 0 && photo_width > 0 && g.width > 0 && g.height > 0);
     sheet_layout layout;
     layout.padding = options.padding;
@@ -70,6 +85,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     buffer<std::int32_t> enlarged;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const chart& shape = charts.charts[c];
+        detail::check_padding(shape, atlas.placements[c], atlas, options.padding);
         if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
             continue;
         sheet_placement& place = layout.placements[c];
@@ -92,9 +108,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     return layout;
 }
 
-/// Draws a sheet, H x W x 3, gray where no chart is. Each texel in a pixel of the layered image that has the photo's color is
-/// the photo's own, unchanged. Others have the atlas's color, smoothly enlarged: what is hidden, and what is beside silhouettes,
-/// where the photo mixes two surfaces. There, what looks like its surface is the photo's all the same.
+/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
+/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
+/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
 ///
 /// sheet          1 to layout.sizes.size() - 1
 /// charts, atlas  that the sheets were laid out for
@@ -117,6 +133,7 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
     for (std::size_t c = 0; c < charts.charts.size(); ++c) {
         if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
+        detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
         const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
                                             photo);
         parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {

@@ -89,17 +89,17 @@ private:
         return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
     }
 
+    /// Looks along rows, then along columns.
     void guard_borders() {
-        buffer<std::int32_t> near_row(found_.size(), 0);  // 1: a pixel of that row, within reach, is not the photo's
-        const auto is_guarded = [&](std::int32_t y, std::int32_t x) -> std::int32_t& { return near_row[y * width_ + x]; };
+        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x)
                 if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
                     for (std::int32_t u = (std::max)(x - guarded, 0); u <= (std::min)(x + guarded, width_ - 1); ++u)
-                        is_guarded(y, u) = 1;
+                        beside(y, u) = 1;
         for (std::int32_t y = 0; y < height_; ++y)
             for (std::int32_t x = 0; x < width_; ++x) {
-                if (is_guarded(y, x) == 0) continue;
+                if (beside(y, x) == 0) continue;
                 for (std::int32_t v = (std::max)(y - guarded, 0); v <= (std::min)(y + guarded, height_ - 1); ++v)
                     if (found_(v, x) == sheet_source::photo) found_(v, x) = sheet_source::cleaned;
             }
