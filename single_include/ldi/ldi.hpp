@@ -10533,9 +10533,9 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known, buffer<farbrausch_level>& levels,
-                  int growth, Executor& threads)
-        : colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
+    smooth_filler(const graph& g, const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+                  buffer<farbrausch_level>& levels, int growth, Executor& threads)
+        : graph_(g), colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
     }
 
@@ -10629,14 +10629,12 @@ private:
         masked_colors fill(read.size());
         buffer<std::int32_t> unknown;
         for (std::int32_t row = 0; row < fill.count(); ++row) {
-            const std::int32_t pixel = read.pixels[row], above = level.above[pixel];
-            if (known_[pixel] != 0)
-                fill.set(row, photo(pixel));
-            else if (unknown.push_back(pixel); above != no_pixel)
-                fill.set(row, fill_above[above]);
+            const std::int32_t pixel = read.pixels[row];
+            if (known_[pixel] == 0) unknown.push_back(pixel);
+            fill.set(row, base_color(pixel, fill_above));
         }
         spread_at(fill, on_subsets(restrict_to(level.average, unknown), read, read), 2);
-
+        color_along_links(fill, fill_above);
         smooth_fills result;
         result.fill.resize(3 * level.decoded.size());
         for (std::size_t d = 0; d < level.decoded.size(); ++d) {
@@ -10649,12 +10647,57 @@ private:
             [&](std::int32_t p) { return above_or(tone_above, level.above, p, [&] { return photo(p); }); },
             [&](std::int32_t pixel, masked_color tone) {
                 const std::int32_t row = read.row_of[pixel];
-                masked_color relative = (fill.has(row) ? fill[row] : mean()) - (tone[3] != 0.0F ? tone : mean());
+                const masked_color color = fill.has(row) ? fill[row] : mean();
+                masked_color relative = color - (tone[3] != 0.0F ? tone : color);
                 relative[3] = known_[pixel] != 0 ? 1.0F : 0.0F;
                 fill.set(row, relative);
             });
         result.input = fill.release();
         return result;
+    }
+
+    /// Colors what no level has a color for, by links: waves run inwards from what has one, each pixel taking the average of its
+    /// neighbors. On coarser levels a surface that few pixels link to the rest may be on its own.
+    void color_along_links(masked_colors& fill, const masked_colors& fill_above) {
+        for (std::int32_t row = 0; row < fill.count(); ++row) {
+            if (fill.has(row)) continue;
+            if (alone_.empty()) run_waves(fill_above);
+            fill.set(row, base_color(levels_[0].read.pixels[row], fill_above));
+        }
+    }
+
+    /// Of all pixels that are alone, whichever are read: so a color does not depend on which are asked for.
+    void run_waves(const masked_colors& fill_above) {
+        const buffer<std::int32_t>& above = levels_[0].above;
+        for (std::int32_t p = 0; p < above.count(); ++p)
+            if (known_[p] == 0 && (above[p] == no_pixel || !fill_above.has(above[p]))) alone_.push_back(p);
+        alone_colors_ = masked_colors(alone_.size());
+        buffer<std::int32_t> waiting(alone_.size()), next, reached;
+        for (std::int32_t i = 0; i < alone_.count(); ++i) waiting[i] = i;
+        masked_colors found(alone_.size());
+        for (bool advances = true; advances; waiting.swap(next)) {
+            next.clear(), reached.clear();
+            for (const std::int32_t i : waiting) {
+                masked_color sum{};
+                for (const side s : all_sides)
+                    if (const std::int32_t n = graph_.neighbor(alone_[i], s); n != no_pixel)
+                        sum = sum + base_color(n, fill_above);
+                found.set(i, average_of(sum));
+                (found.has(i) ? reached : next).push_back(i);
+            }
+            for (const std::int32_t i : reached) alone_colors_.set(i, found[i]);
+            advances = !reached.empty();
+        }
+    }
+
+    /// What a pixel of level 0 has before its neighbors' colors are mixed in.
+    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
+        if (known_[pixel] != 0) return photo(pixel);
+        const std::int32_t above = levels_[0].above[pixel];
+        if (above != no_pixel && fill_above.has(above)) return fill_above[above];
+        const auto found = std::lower_bound(alone_.begin(), alone_.end(), pixel);
+        return found != alone_.end() && *found == pixel ? alone_colors_[static_cast<std::int32_t>(found - alone_.begin())]
+                                                        : masked_color{};
     }
 
     /// The average of all known colors: few surfaces are so far from any that they need it.
@@ -10673,11 +10716,14 @@ private:
         return mean_;
     }
 
+    const graph& graph_;
     const buffer<std::uint8_t>&colors_, &known_;
     buffer<farbrausch_level>& levels_;
     int growth_;
     Executor& threads_;
     std::array<float, 256> unit_{};
+    buffer<std::int32_t> alone_;  // pixels of level 0 that no level has a color for
+    masked_colors alone_colors_;
     std::once_flag mean_is_known_;
     masked_color mean_{};
 };
@@ -10771,7 +10817,8 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
-        detail::smooth_fills fills = detail::smooth_filler(color, known, levels, architecture_.growth, threads).run();
+        detail::smooth_fills fills =
+            detail::smooth_filler(layers.topology, color, known, levels, architecture_.growth, threads).run();
         input.values = std::move(fills.input);
         fill = std::move(fills.fill);
     }

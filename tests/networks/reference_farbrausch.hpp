@@ -54,7 +54,11 @@ public:
                 if (finer_fill[p][3] == 0.0) finer_fill[p] = fill[static_cast<std::size_t>(from)];
                 if (tone[static_cast<std::size_t>(from)][3] != 0.0) finer_tone[p] = tone[static_cast<std::size_t>(from)];
             }
+            std::vector<pixel> linked = finer_fill;
+            if (i == 0) color_along_links(graphs_[0], linked);
             spread(finer_fill, i, 2 << i);
+            for (std::size_t p = 0; i == 0 && p < linked.size(); ++p)
+                if (finer_fill[p][3] == 0.0) finer_fill[p] = linked[p];
             fill = std::move(finer_fill);
             tone.resize(graphs_[i].size());
             for (std::size_t p = 0; p < tone.size(); ++p) tone[p] = average(graphs_[i], finer_tone, static_cast<std::int32_t>(p));
@@ -69,7 +73,7 @@ public:
         std::vector<features> skips(1);
         skips[0].channels = architecture_.inputs(0);
         for (std::size_t p = 0; p < finest.size(); ++p) {
-            const pixel f = fill[p][3] != 0.0 ? fill[p] : mean, t = tone[p][3] != 0.0 ? tone[p] : mean;
+            const pixel f = fill[p][3] != 0.0 ? fill[p] : mean, t = tone[p][3] != 0.0 ? tone[p] : f;
             for (std::size_t k = 0; k < 3; ++k) {
                 result.fill.push_back(f[k]), result.tone.push_back(t[k]);
                 skips[0].values.push_back(has_fills ? f[k] - t[k] : color[3 * p + k]);
@@ -135,6 +139,24 @@ private:
             for (std::size_t k = 0; p != no_pixel && k < 4; ++k) sum[k] += values[static_cast<std::size_t>(p)][k];
         if (sum[3] == 0.0) return {};
         return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0};
+    }
+
+    /// Pixels without a color take the average of those linked to them that have one, until none can.
+    static void color_along_links(const graph& g, std::vector<pixel>& values) {
+        for (bool changes = true; changes;) {
+            changes = false;
+            const std::vector<pixel> before = values;
+            for (std::size_t p = 0; p < values.size(); ++p) {
+                if (before[p][3] != 0.0) continue;
+                pixel sum{};
+                for (const side s : all_sides)
+                    if (const std::int32_t n = g.neighbors(s)[p]; n != no_pixel)
+                        for (std::size_t k = 0; k < 4; ++k) sum[k] += before[static_cast<std::size_t>(n)][k];
+                if (sum[3] == 0.0) continue;
+                values[p] = {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3], 1.0};
+                changes = true;
+            }
+        }
     }
 
     void spread(std::vector<pixel>& values, std::size_t level, int passes) const {

@@ -110,7 +110,8 @@ buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
-        detail::smooth_fills fills = detail::smooth_filler(color, known, levels, architecture_.growth, threads).run();
+        detail::smooth_fills fills =
+            detail::smooth_filler(layers.topology, color, known, levels, architecture_.growth, threads).run();
         input.values = std::move(fills.input);
         fill = std::move(fills.fill);
     }
