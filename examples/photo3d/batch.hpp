@@ -211,7 +211,7 @@ inline void batch::convert(batch_job& job) {
     const photo3d made = examples::convert(arguments_, input, by_, clock, self);
     const photo_texture texture = texture_of(made, input, arguments_, self);
     const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
-    const nlohmann::ordered_json report = report_on(made, texture, encoded, input, arguments_, clock);
+    const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);
 
     job.make(names.glb, encoded.glb);
     const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };

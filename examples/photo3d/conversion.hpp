@@ -114,8 +114,8 @@ photo3d convert(const arguments& a, const photo_with_depth& input, const network
 struct encoded_photo3d {
     texture_files textures;  ///< where a USDZ file is asked for
     std::vector<std::byte> glb;
-    std::size_t texture_bytes = 0;  ///< of the GLB's
-    glb_options facts;              ///< what all files say of the photo
+    texture_figures shown;  ///< in the GLB
+    glb_options facts;      ///< what all files say of the photo
 };
 
 /// The textures of a photo that was converted with the same arguments.
@@ -142,7 +142,8 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
     const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
     written_glb written = compressed(encode_glb(texture.mesh(), jpegs, result.facts), result.textures,
                                      made.layers.camera.focal_length, a.compression);
-    result.glb = std::move(written.file), result.texture_bytes = written.texture_bytes;
+    result.glb = std::move(written.file);
+    result.shown = {texture.width(), texture.height(), texture.count(), written.texture_bytes};
     if (a.usdz.empty()) result.textures = {};  // nothing else takes them
     clock.finish();
     return result;
@@ -174,11 +175,11 @@ inline void check_names(const photo_files& names, const arguments& a, output_fil
 }
 
 /// The figures of a photo that was converted.
-inline nlohmann::ordered_json report_on(const photo3d& made, const photo_texture& texture, const encoded_photo3d& encoded,
-                                        const photo_with_depth& input, const arguments& a, const stage_clock& clock) {
+inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo3d& encoded, const photo_with_depth& input,
+                                        const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    return make_report(made, texture, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.texture_bytes);
+    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
 }
 
 /// The page that shows a photo.

@@ -91,7 +91,7 @@ void run(const arguments& a, output_files& files) {
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
 
-    const nlohmann::ordered_json report = report_on(made, texture, encoded, input, a, clock);
+    const nlohmann::ordered_json report = report_on(made, encoded, input, a, clock);
     if (!names.report.empty()) files.write(names.report, to_text(report));
     if (!a.stages.empty()) save_stage_pictures(made, a.stages, files);
     save_video(made, texture, a.video, files, threads);
