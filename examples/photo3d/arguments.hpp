@@ -4,6 +4,7 @@
 #include "compression.hpp"
 #include "data_files.hpp"
 #include "option_checks.hpp"
+#include "photo_texture.hpp"
 #include "video.hpp"
 
 #include <ldi/formats/depth_map.hpp>
@@ -13,6 +14,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -30,7 +32,7 @@ struct arguments {
     depth_map_options depth_map;
     bool near_is_black = false, is_inverse = false, quiet = false, hard_edges = false;
     bool takes_depth_of_photo = false;  // set by find_weights()
-    std::size_t long_side = photo3d_options().long_side, threads = 0;
+    std::size_t long_side = photo3d_options().long_side, geometry_side = photo3d_options().long_side, threads = 0;
     float field_of_view = 0.0F, texture = photo3d_options().texture.strength, grain = photo3d_options().grain.strength,
           motion = photo3d_options().expand.motion;
     int quality = 85;
@@ -129,8 +131,15 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->capture_default_str();
     app.add_flag("--no-soft-edges", a.hard_edges,
                  "silhouettes end hard; else they fade out over a pixel or two, by a translucent strip");
-    app.add_option("--size", a.long_side, "long side that larger photos are shrunk to, in pixels")
-        ->check(between(16, 16384))
+    app.add_option(
+           "--size", a.long_side,
+           "long side that larger photos are shrunk to, in pixels; full: none is. Beyond --geometry-size the texture is several "
+           "pictures, for which viewers need more memory on the graphics card")
+        ->transform(full_or_between(16, 16384))
+        ->capture_default_str();
+    app.add_option("--geometry-size", a.geometry_side,
+                   "long side that depth, silhouettes and hidden surfaces are worked on at, where --size is larger")
+        ->check(between(16, 4096))
         ->capture_default_str();
     app.add_option("--fov", a.field_of_view,
                    "field of view over the long side, in degrees; default: from EXIF, else 26 mm equivalent")
@@ -182,7 +191,7 @@ inline void find_weights(arguments& a, const std::filesystem::path& data) {
 inline photo3d_options options_for(const arguments& a, const photo_with_depth& input) {
     const photo& photo = input.photo;
     photo3d_options options;
-    options.long_side = a.long_side;
+    options.long_side = std::min(a.long_side, a.geometry_side);
     options.texture.strength = a.texture;
     options.grain.strength = a.grain;
     options.expand.motion = a.motion;
@@ -196,7 +205,11 @@ inline photo3d_options options_for(const arguments& a, const photo_with_depth& i
     }
     options.normalize.is_metric = input.depth && input.depth->is_metric;
     options.normalize.is_inverse_depth = !input.depth || input.depth->is_inverse_depth;
-    return options;
+    if (!needs_sheets(photo.color, a.long_side, a.geometry_side)) return options;
+    const auto shown = [&](std::size_t length) {
+        return ldi::detail::shrunk_length(length, std::max(photo.color.height(), photo.color.width()), a.long_side);
+    };
+    return for_sheets(options, shown(photo.color.height()), shown(photo.color.width()));
 }
 
 }  // namespace ldi::examples

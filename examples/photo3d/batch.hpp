@@ -209,7 +209,8 @@ inline void batch::convert(batch_job& job) {
     clock.begin("reading photo");
     const photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, by_, self);
     const photo3d made = examples::convert(arguments_, input, by_, clock, self);
-    const encoded_photo3d encoded = encode(made, arguments_, names, clock);
+    const photo_texture texture = texture_of(made, input, arguments_, self);
+    const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
     const nlohmann::ordered_json report = report_on(made, encoded, input, arguments_, clock);
 
     job.make(names.glb, encoded.glb);

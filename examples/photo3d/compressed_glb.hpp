@@ -26,9 +26,9 @@ namespace ldi::examples {
 struct compression_options {
     /// How far a vertex may move as the photo's camera sees it, at distance 1: a tenth of a pixel for a focal length of 2000.
     float precision = 5e-5F;
-    /// The texture as a WebP file of the same size. Empty: the texture stays.
-    std::span<const std::byte> webp;
-    /// The texture stays beside the WebP file, for viewers that don't read that.
+    /// The textures as WebP files of the same size, in their order. Empty: the textures stay.
+    std::span<const std::vector<std::byte>> webp;
+    /// The textures stay beside the WebP files, for viewers that don't read these.
     bool keeps_texture = false;
 };
 
@@ -46,15 +46,19 @@ public:
     mesh_packer(glb_json& content, glb_packer& packer, float precision)
         : json_(content), packer_(packer), precision_(precision) {}
 
-    /// width, height  of the texture
-    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries, std::size_t width, std::size_t height) {
+    /// textures  sizes, one per texture
+    void pack(glb_json& mesh, std::vector<primitive_geometry>& geometries,
+              std::span<const ldi::detail::picture_header> textures) {
         const std::optional<position_grid> grid = find_grid(geometries, precision_);
         for (std::size_t i = 0; i < geometries.size(); ++i) {
             primitive_geometry& g = geometries[i];
             glb_json& primitive = mesh.at("primitives").at(i);
             sort_for_compression(g);
             put(primitive["attributes"]["POSITION"], position_accessor(g, grid));
-            const std::optional<texel_grid> texels = has_own_material(mesh, i) ? find_texel_grid(g, width, height) : std::nullopt;
+            const std::size_t texture = texture_of(primitive.at("material")).at("index");
+            if (texture >= textures.size()) raise_other_glb("a texture that is not there");
+            const std::optional<texel_grid> texels =
+                has_own_material(mesh, i) ? find_texel_grid(g, textures[texture].width, textures[texture].height) : std::nullopt;
             if (texels) scale_texture(primitive.at("material"), *texels);
             put(primitive["attributes"]["TEXCOORD_0"], texture_accessor(g, texels));
             if (!g.colors.empty())
@@ -85,9 +89,12 @@ private:
 
     void scale_texture(const glb_json& material, const texel_grid& texels) {
         uses_texels = true;
-        glb_json& texture =
-            json_.at("materials").at(material.get<std::size_t>()).at("pbrMetallicRoughness").at("baseColorTexture");
-        texture["extensions"]["KHR_texture_transform"]["scale"] = {1.0 / double{texels.parts[0]}, 1.0 / double{texels.parts[1]}};
+        texture_of(material)["extensions"]["KHR_texture_transform"]["scale"] = {1.0 / double{texels.parts[0]},
+                                                                                1.0 / double{texels.parts[1]}};
+    }
+
+    glb_json& texture_of(const glb_json& material) {
+        return json_.at("materials").at(material.get<std::size_t>()).at("pbrMetallicRoughness").at("baseColorTexture");
     }
 
     /// Replaces the accessor of that number.
@@ -136,40 +143,51 @@ private:
     std::set<std::size_t> replaced_;
 };
 
-/// Puts the texture, or textures, into the file; its extensions into the lists.
-inline void pack_texture(glb_json& content, glb_packer& packer, std::span<const std::byte> texture,
-                         const compression_options& options, std::vector<std::string>& used, std::vector<std::string>& required) {
-    if (content.at("images").size() != 1 || content.at("textures").size() != 1) raise_other_glb("more than one texture");
+/// Puts the textures into the file; their extension into the lists.
+inline void pack_textures(glb_json& content, glb_packer& packer, std::span<const std::span<const std::byte>> textures,
+                          const compression_options& options, std::vector<std::string>& used,
+                          std::vector<std::string>& required) {
     const bool has_webp = !options.webp.empty();
+    if (has_webp && options.webp.size() != textures.size()) raise_other_glb("another number of textures than of WebP files");
+    glb_json& images = content["images"];
     if (!has_webp || options.keeps_texture) {
-        content["images"][0]["bufferView"] = packer.add(texture);
+        for (std::size_t i = 0; i < textures.size(); ++i) images[i]["bufferView"] = packer.add(textures[i]);
     } else {
-        content["images"] = glb_json::array();
-        content["textures"][0].erase("source");
+        images = glb_json::array();
+        for (glb_json& texture : content["textures"]) texture.erase("source");
     }
     if (!has_webp) return;
-    content["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = content["images"].size();
-    content["images"].push_back({{"bufferView", packer.add(options.webp)}, {"mimeType", "image/webp"}});
+    for (std::size_t i = 0; i < textures.size(); ++i) {
+        content["textures"][i]["extensions"]["EXT_texture_webp"]["source"] = images.size();
+        images.push_back({{"bufferView", packer.add(options.webp[i])}, {"mimeType", "image/webp"}});
+    }
     (options.keeps_texture ? used : required).push_back("EXT_texture_webp");
 }
 
 inline std::vector<std::byte> compress_glb(std::span<const std::byte> glb, const compression_options& options) try {
     glb_reader from(glb);
     glb_json& content = from.content;
-    const std::span<const std::byte> texture = from.view(content.at("images").at(0).at("bufferView"));
+    std::vector<std::span<const std::byte>> textures;
+    std::vector<ldi::detail::picture_header> pictures;
+    for (const glb_json& picture : content.at("images")) {
+        if (content.at("textures").at(textures.size()).at("source") != textures.size())
+            raise_other_glb("textures in another order");
+        textures.push_back(from.view(picture.at("bufferView")));
+        pictures.push_back(ldi::detail::read_picture_header(textures.back(), "texture"));
+    }
+    if (content.at("textures").size() != textures.size()) raise_other_glb("textures without pictures");
     if (content.at("meshes").size() != 1) raise_other_glb("another number of meshes than one");
     glb_json& mesh = content["meshes"][0];
     std::vector<primitive_geometry> geometries;
     for (const glb_json& primitive : mesh.at("primitives")) geometries.push_back(from.geometry(primitive));
 
     std::vector<std::string> used, required{"EXT_meshopt_compression"};
-    const ldi::detail::picture_header picture = ldi::detail::read_picture_header(texture, "texture");
     glb_packer packer;
     mesh_packer geometry(content, packer, options.precision);
-    geometry.pack(mesh, geometries, picture.width, picture.height);
+    geometry.pack(mesh, geometries, pictures);
     if (geometry.uses_quantization) required.push_back("KHR_mesh_quantization");
     if (geometry.uses_texels) required.push_back("KHR_texture_transform");
-    pack_texture(content, packer, texture, options, used, required);
+    pack_textures(content, packer, textures, options, used, required);
 
     content["bufferViews"] = packer.views;
     content["buffers"] = {

@@ -7,12 +7,13 @@
 #endif
 
 #include <ldi/base/error.hpp>
-#include <ldi/photo3d.hpp>
+#include <ldi/core/image.hpp>
 
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,31 +48,51 @@ inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #endif
 }
 
+/// A 3D photo's textures as files.
+struct texture_files {
+    std::vector<std::vector<std::byte>> jpeg;  ///< as they lie in a plain GLB
+    std::vector<std::vector<std::byte>> webp;  ///< of those that the mesh uses, where these are asked for
+};
+
+/// Adds the WebP file of a texture, where it is asked for.
+///
+/// quality  of the JPEG, 1 to 100
+inline void add_webp([[maybe_unused]] texture_files& files, [[maybe_unused]] const image<std::uint8_t>& picture,
+                     [[maybe_unused]] int quality, [[maybe_unused]] const compression_choice& c) {
+#if defined(LDI_WITH_COMPRESSION)
+    // On libwebp's scale about the same error: see README.md.
+    if (c.is_wanted && c.texture != "jpeg")
+        files.webp.push_back(encode_webp(picture, static_cast<float>(std::max(quality - 3, 1))));
+#endif
+}
+
 /// The GLB that is written.
 struct written_glb {
     std::vector<std::byte> file;
     std::size_t texture_bytes;  ///< of these
 };
 
+inline std::size_t total_bytes(const std::vector<std::vector<std::byte>>& files) {
+    std::size_t sum = 0;
+    for (const std::vector<std::byte>& file : files) sum += file.size();
+    return sum;
+}
+
 /// The plain GLB, or a compressed one.
 ///
-/// texture  the plain one's
-/// quality  of the plain one's JPEG texture, 1 to 100
-inline written_glb compressed([[maybe_unused]] const photo3d& result, std::span<const std::byte> plain,
-                              std::span<const std::byte> texture, [[maybe_unused]] int quality, const compression_choice& c) {
+/// files         its textures
+/// focal_length  of the camera, in pixels
+inline written_glb compressed(std::span<const std::byte> plain, const texture_files& files, [[maybe_unused]] float focal_length,
+                              const compression_choice& c) {
     check_compression(c);
-    if (!c.is_wanted) return {{plain.begin(), plain.end()}, texture.size()};
+    const std::size_t jpeg_bytes = total_bytes(files.jpeg);
+    if (!c.is_wanted) return {{plain.begin(), plain.end()}, jpeg_bytes};
 #if defined(LDI_WITH_COMPRESSION)
     // A tenth of a pixel: pictures are like the plain file's at 50 dB, where the texture's JPEG or WebP alone costs more.
     compression_options options;
-    options.precision = 0.1F / result.layers.camera.focal_length;
-    std::vector<std::byte> webp;
-    if (c.texture != "jpeg") {
-        // On libwebp's scale about the same error: see README.md.
-        webp = encode_webp(result.atlas.color, static_cast<float>(std::max(quality - 3, 1)));
-        options.webp = webp, options.keeps_texture = c.texture == "both";
-    }
-    return {compress_glb(plain, options), webp.size() + (c.texture == "webp" ? 0 : texture.size())};
+    options.precision = 0.1F / focal_length;
+    options.webp = files.webp, options.keeps_texture = c.texture == "both";
+    return {compress_glb(plain, options), total_bytes(files.webp) + (c.texture == "webp" ? 0 : jpeg_bytes)};
 #endif
 }
 

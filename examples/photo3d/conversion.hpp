@@ -4,6 +4,7 @@
 #include "arguments.hpp"
 #include "html_page.hpp"
 #include "outputs.hpp"
+#include "photo_texture.hpp"
 #include "report.hpp"
 
 #include <ldi/formats/depth_map.hpp>
@@ -112,23 +113,39 @@ photo3d convert(const arguments& a, const photo_with_depth& input, const network
 
 /// The bytes of a 3D photo.
 struct encoded_photo3d {
-    std::vector<std::byte> jpeg;  ///< the texture, as it lies in a plain GLB
+    texture_files textures;  ///< where a USDZ file is asked for
     std::vector<std::byte> glb;
-    std::size_t texture_bytes = 0;  ///< of the GLB's
-    glb_options facts;              ///< what all files say of the photo
+    texture_figures shown;  ///< in the GLB
+    glb_options facts;      ///< what all files say of the photo
 };
 
-inline encoded_photo3d encode(const photo3d& made, const arguments& a, const photo_files& names, stage_clock& clock) {
+/// The textures of a photo that was converted with the same arguments.
+template <executor Executor>
+photo_texture texture_of(const photo3d& made, const photo_with_depth& input, const arguments& a, Executor& threads) {
+    return {made, input.photo.color, a.long_side, a.geometry_side, threads};
+}
+
+template <executor Executor>
+encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const arguments& a, const photo_files& names,
+                       stage_clock& clock, Executor& threads) {
     clock.begin("encoding");
     encoded_photo3d result;
-    result.jpeg = encode_jpeg(made.atlas.color, a.quality);
+    texture.for_each(
+        [&](std::size_t i, const image<std::uint8_t>& picture) {
+            result.textures.jpeg.push_back(encode_jpeg(picture, a.quality));
+            if (texture.mesh().uses_texture(i)) add_webp(result.textures, picture, a.quality, a.compression);
+        },
+        threads);
     result.facts.camera = made.layers.camera;
     result.facts.motion = made.layers.motion;
     result.facts.range = made.layers.range;
     if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
-    written_glb written =
-        compressed(made, encode_glb(made.mesh, result.jpeg, result.facts), result.jpeg, a.quality, a.compression);
-    result.glb = std::move(written.file), result.texture_bytes = written.texture_bytes;
+    const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
+    written_glb written = compressed(encode_glb(texture.mesh(), jpegs, result.facts), result.textures,
+                                     made.layers.camera.focal_length, a.compression);
+    result.glb = std::move(written.file);
+    result.shown = {texture.width(), texture.height(), texture.count(), written.texture_bytes};
+    if (a.usdz.empty()) result.textures = {};  // nothing else takes them
     clock.finish();
     return result;
 }
@@ -163,7 +180,7 @@ inline nlohmann::ordered_json report_on(const photo3d& made, const encoded_photo
                                         const arguments& a, const stage_clock& clock) {
     const std::string depth = input.depth ? input.depth->source : a.depth_model.string(),
                       inpainting = a.inpainting_model.empty() ? "diffusion" : a.inpainting_model.string();
-    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.texture_bytes);
+    return make_report(made, clock, depth, inpainting, a.texture, a.grain, encoded.glb.size(), encoded.shown);
 }
 
 /// The page that shows a photo.

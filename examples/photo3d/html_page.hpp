@@ -95,7 +95,9 @@ inline std::vector<std::byte> encode_poster(const image<std::uint8_t>& photo) {
 inline std::string viewer_page::with_photo(std::string_view title, const image<std::uint8_t>& photo,
                                            std::span<const std::byte> glb) const {
     const std::size_t after_title = title_ + title_marker.size(), after_photo = photo_ + photo_marker.size();
-    std::string page =
+    std::string page;
+    page.reserve(text_.size() + (glb.size() + 2) / 3 * 4 + 200'000);  // growing, it would be in memory three times
+    page +=
         text_.substr(0, title_) + "<title>" + escape_html(title) + "</title>" + text_.substr(after_title, photo_ - after_title);
     page += "<style>:root { --photo-width: " + std::to_string(photo.width()) +
             "; --photo-height: " + std::to_string(photo.height()) +

@@ -44,6 +44,18 @@ inline std::size_t decoding_bytes_per_pixel(const detail::picture_header& header
     return header.bits == 16 ? 18 : 9;                             // measured: 17.0 and 8.8, both with alpha
 }
 
+/// Bytes that showing a photo larger than it is worked on takes at most: its pixels at that size, a sheet of them, and files.
+inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
+    // Of files: of noise, 0.54 at quality 85 and 2.7 at 100. Three hold it at once: textures, GLB, page.
+    const double per_shown_pixel = a.quality > 90 ? 12 : 3;
+    constexpr std::size_t per_texel = 3, per_texel_compressed = 24;  // measured: 18.3 while WebP is written
+    const double shown = static_cast<double>(pixels) * shown_share;
+    const std::size_t side = static_cast<std::size_t>(sheet_options().max_side);
+    return static_cast<std::size_t>(shown * (per_shown_pixel + (shown_share < 1 ? 3 : 0))) +
+           std::min(side * side, 2 * static_cast<std::size_t>(shown)) *
+               (a.compression.is_wanted ? per_texel_compressed : per_texel);
+}
+
 /// Bytes that a photo takes at most, its file's own included.
 ///
 /// depth  the file of its depth map, empty for none
@@ -55,12 +67,15 @@ inline std::size_t memory_for(std::span<const std::byte> photo, std::span<const 
     constexpr std::size_t in_any_case = 24'000'000;  // activations of the depth network, textures of small photos, pages
     const detail::picture_header header = detail::read_picture_header(photo, name);
     const std::size_t pixels = header.width * header.height;
-    const double shrunk =
-        std::min(1.0, static_cast<double>(a.long_side) / static_cast<double>(std::max(header.width, header.height)));
+    const auto shrunk_to = [&](std::size_t long_side) {
+        return std::min(1.0, static_cast<double>(long_side) / static_cast<double>(std::max(header.width, header.height)));
+    };
+    const double shown = shrunk_to(a.long_side), shrunk = std::min(shown, shrunk_to(a.geometry_side));
     const double motion = std::max(1.0, static_cast<double>(a.motion) / static_cast<double>(expand_options().motion));
     const double worked_on = static_cast<double>(pixels) * shrunk * shrunk;
-    const std::size_t converting =
-        3 * pixels + static_cast<std::size_t>(worked_on * per_pixel_of_layers * (1 + hidden_share * motion));
+    const std::size_t converting = 3 * pixels +
+                                   static_cast<std::size_t>(worked_on * per_pixel_of_layers * (1 + hidden_share * motion)) +
+                                   (shrunk < shown ? memory_for_sheets(pixels, shown * shown, a) : 0);
     std::size_t map = 4 * depth.size();  // NPY and PFM: as large in memory
     if (detail::is_jpeg(depth) || detail::is_png(depth)) {
         const detail::picture_header stored = detail::read_picture_header(depth, name);

@@ -24,6 +24,20 @@ inline CLI::Validator between(double least, double most) {
             text, "between"};
 }
 
+/// The long side that stands for a photo's own: no photo has a longer one.
+inline constexpr const char* full_size = "4294967295";
+
+/// The same, or the word "full".
+inline CLI::Validator full_or_between(double least, double most) {
+    const CLI::Validator number = between(least, most);
+    return {[=](std::string& given) {
+                if (given == "full") given = full_size;
+                const std::string failure = given == full_size ? std::string() : number(given);
+                return failure.empty() ? failure : "expected full or " + failure.substr(std::string("expected ").size());
+            },
+            "full or " + number.get_description(), "full_or_between"};
+}
+
 /// A name of something: not the empty text, which a script makes of a variable that was never set.
 inline CLI::Validator named() {
     return {[](const std::string& given) {

@@ -88,14 +88,15 @@ void run(const arguments& a, output_files& files) {
     ldi::thread_pool threads(a.threads);
     const ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
     const ldi::photo3d made = convert(a, input, by, clock, threads);
-    const encoded_photo3d encoded = encode(made, a, names, clock);
+    photo_texture texture = texture_of(made, input, a, threads);
+    const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
 
     const nlohmann::ordered_json report = report_on(made, encoded, input, a, clock);
     if (!names.report.empty()) files.write(names.report, to_text(report));
     if (!a.stages.empty()) save_stage_pictures(made, a.stages, files);
-    save_video(made, a.video, files, threads);
-    save_stereo_image(made, a.stereo_image, a.quality, a.depth_map.kind == ldi::depth_map_kind::meters, files, threads);
-    if (!a.usdz.empty()) files.write(a.usdz, encode_usdz(made.mesh, encoded.jpeg, encoded.facts));
+    save_video(made, texture, a.video, files, threads);
+    save_stereo_image(made, texture, a.stereo_image, a.quality, a.depth_map.kind == ldi::depth_map_kind::meters, files, threads);
+    if (!a.usdz.empty()) files.write(a.usdz, encode_usdz(texture.mesh(), encoded.textures.jpeg, encoded.facts));
     if (viewer) files.write(names.html, make_page(*viewer, names, made, encoded));
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
     files.commit();

@@ -105,13 +105,19 @@ inline std::size_t peak_memory() {
     return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-/// Figures of the result; file sizes in bytes.
+/// What is shown of a photo: its size, and the number and bytes of the pictures that do.
+struct texture_figures {
+    std::size_t width = 0, height = 0, count = 1, bytes = 0;
+};
+
+/// Figures of the result; file sizes in bytes. `width` and `height` are what was worked on, `texture_width` and `texture_height`
+/// what is shown of the photo, on so many `textures`.
 ///
 /// depth, inpainting  what they come from: paths of files, or the name of a method
 /// texture, grain     their strengths over what was inpainted
 inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clock& clock, const std::string& depth,
                                           const std::string& inpainting, float texture, float grain, std::size_t glb_bytes,
-                                          std::size_t texture_bytes) {
+                                          const texture_figures& shown) {
     nlohmann::ordered_json report;
     double total = 0.0;
     for (const auto& [stage, milliseconds] : clock.stages()) {
@@ -121,6 +127,9 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["milliseconds"]["total"] = total;
     report["width"] = result.photo.width();
     report["height"] = result.photo.height();
+    report["texture_width"] = shown.width;
+    report["texture_height"] = shown.height;
+    report["textures"] = shown.count;
     report["pixels"] = result.layers.size();
     report["hidden_pixels"] = result.layers.size() - result.photo.size() / 3;
     report["depth"] = depth;
@@ -135,7 +144,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["atlas_fill"] = result.atlas.fill;
     report["vertices"] = result.mesh.vertex_count();
     report["triangles"] = result.mesh.triangle_count();
-    report["texture_bytes"] = texture_bytes;
+    report["texture_bytes"] = shown.bytes;
     report["glb_bytes"] = glb_bytes;
     report["peak_memory_bytes"] = peak_memory();
     return report;
@@ -165,6 +174,8 @@ inline std::string to_table(const nlohmann::ordered_json& report) {
     }
     const auto number = [&](const char* key) { return std::to_string(report[key].get<std::size_t>()); };
     line("photo", number("width") + " x " + number("height"));
+    if (report["textures"] != 1)
+        line("texture", number("texture_width") + " x " + number("texture_height") + ", on " + number("textures") + " pictures");
     line("pixels",
          number("pixels") + ", " + number("hidden_pixels") + " of them hidden, in up to " + number("layers") + " layers");
     char fill[32];

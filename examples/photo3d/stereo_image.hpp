@@ -2,6 +2,7 @@
 #pragma once
 
 #include "outputs.hpp"
+#include "photo_texture.hpp"
 #include "stereo_file.hpp"
 
 #include <ldi/base/executor.hpp>
@@ -44,8 +45,8 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
 /// that the picture's edges cut off nothing that stands before them. The farthest lies a thirtieth of the width apart, or as far
 /// as the photo's motion goes; by as much the pictures are narrower than the photo, whose border would show.
 template <executor Executor>
-stereo_pair draw_stereo_pair(const photo3d& result, Executor& threads) {
-    const pinhole_camera& camera = result.layers.camera;
+stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
+    const pinhole_camera camera = texture.camera();
     const depth_range& range = result.layers.range;
     const float half = within_motion({0.5F * eye_distance(camera, range), 0, 0}, camera, range, result.layers.motion)[0];
     const float width = static_cast<float>(camera.width);
@@ -61,7 +62,7 @@ stereo_pair draw_stereo_pair(const photo3d& result, Executor& threads) {
     raster.samples = 2;
     raster.z_near = 0.01F * range.z_near;
     const auto draw = [&](float side, std::int32_t first_column) {
-        const image<std::uint8_t> wide = rasterize(result.mesh, result.atlas.color, beside(from, side), raster, threads).color;
+        const image<std::uint8_t> wide = texture.draw(beside(from, side), raster, threads).color;
         const std::size_t columns = static_cast<std::size_t>(camera.width), skipped = static_cast<std::size_t>(first_column);
         image<std::uint8_t> cut(wide.height(), columns, 3, unset);
         for (std::size_t y = 0; y < wide.height(); ++y) std::copy_n(wide.row(y) + 3 * skipped, 3 * columns, cut.row(y));
@@ -73,10 +74,10 @@ stereo_pair draw_stereo_pair(const photo3d& result, Executor& threads) {
 /// quality   of JPEG, 1 to 100
 /// is_metric whether depth is in meters
 template <executor Executor>
-void save_stereo_image(const photo3d& result, const std::filesystem::path& file, int quality, bool is_metric, output_files& files,
-                       Executor& threads) {
+void save_stereo_image(const photo3d& result, photo_texture& texture, const std::filesystem::path& file, int quality,
+                       bool is_metric, output_files& files, Executor& threads) {
     if (file.empty()) return;
-    const stereo_pair pair = draw_stereo_pair(result, threads);
+    const stereo_pair pair = draw_stereo_pair(result, texture, threads);
     const std::string kind = extension_of(file);
     files.write(file, kind == ".jps"   ? encode_jps(pair.left, pair.right, quality)
                       : kind == ".mpo" ? encode_mpo(pair.left, pair.right, quality, is_metric ? pair.eye_distance : 0)

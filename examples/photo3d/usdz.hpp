@@ -1,6 +1,6 @@
 // A 3D photo as USDZ, which iPhones, iPads and Macs show without a program of ours (AR Quick Look): `photo3d --usdz FILE`. A USDZ
 // file is a zip file of files that are stored as they are, the data of each at a multiple of 64 bytes ("Usdz File Format
-// Specification", Pixar): a scene as text (usda), then its texture.
+// Specification", Pixar): a scene as text (usda), then its textures.
 #pragma once
 
 #include "outputs.hpp"
@@ -133,41 +133,61 @@ inline std::string usda_string(std::string_view text) {
     return result + '"';
 }
 
-inline void add_mesh(usda_text& scene, const textured_mesh& mesh) {
+/// The corners of the box around points.
+struct usda_extent {
     std::array<float, 3> lowest, highest;
-    lowest.fill(std::numeric_limits<float>::infinity()), highest.fill(-std::numeric_limits<float>::infinity());
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        lowest[i % 3] = std::min(lowest[i % 3], mesh.positions[i]);
-        highest[i % 3] = std::max(highest[i % 3], mesh.positions[i]);
+
+    explicit usda_extent(std::span<const float> positions) {
+        lowest.fill(std::numeric_limits<float>::infinity()), highest.fill(-std::numeric_limits<float>::infinity());
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            lowest[i % 3] = std::min(lowest[i % 3], positions[i]);
+            highest[i % 3] = std::max(highest[i % 3], positions[i]);
+        }
     }
-    std::vector<float> coordinates(mesh.texture_coordinates.begin(), mesh.texture_coordinates.end());
+};
+
+/// The geometry of part t of a mesh.
+inline void add_mesh(usda_text& scene, const textured_mesh& mesh, std::size_t t) {
+    const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
+    const auto of_part = [](const auto& column, std::size_t values, std::size_t begin, std::size_t end) {
+        return std::vector(column.begin() + values * begin, column.begin() + values * end);
+    };
+    const std::vector<float> positions = of_part(mesh.positions, 3, first.first_vertex, last.first_vertex);
+    std::vector<float> coordinates = of_part(mesh.texture_coordinates, 2, first.first_vertex, last.first_vertex);
     for (std::size_t i = 1; i < coordinates.size(); i += 2) coordinates[i] = 1 - coordinates[i];  // USD's begin at the bottom
+    std::vector<std::uint32_t> triangles = of_part(mesh.triangles, 3, first.first_triangle, last.first_triangle);
+    for (std::uint32_t& vertex : triangles) vertex -= static_cast<std::uint32_t>(first.first_vertex);
+    const usda_extent box(positions);
     scene.add("        float3[] extent = ");
-    scene.add_list(std::vector<float>{lowest[0], lowest[1], lowest[2], highest[0], highest[1], highest[2]}, 3);
+    scene.add_list(
+        std::vector<float>{box.lowest[0], box.lowest[1], box.lowest[2], box.highest[0], box.highest[1], box.highest[2]}, 3);
     scene.add("\n        int[] faceVertexCounts = ");
-    scene.add_list(std::vector<int>(mesh.triangle_count(), 3), 1);
+    scene.add_list(std::vector<int>(triangles.size() / 3, 3), 1);
     scene.add("\n        int[] faceVertexIndices = ");
-    scene.add_list(std::vector<std::uint32_t>(mesh.triangles.begin(), mesh.triangles.end()), 1);
+    scene.add_list(triangles, 1);
     scene.add("\n        point3f[] points = ");
-    scene.add_list(std::vector<float>(mesh.positions.begin(), mesh.positions.end()), 3);
+    scene.add_list(positions, 3);
     scene.add("\n        texCoord2f[] primvars:st = ");
     scene.add_list(coordinates, 2);
     // It stands on the floor, what is nearest before the place where one has put it and what is farthest behind.
+    const usda_extent all(mesh.positions);
     scene.add(" (\n            interpolation = \"vertex\"\n        )\n        double3 xformOp:translate = ");
-    scene.add_items(std::vector<float>{-0.5F * (lowest[0] + highest[0]), -lowest[1], -0.5F * (lowest[2] + highest[2])}, 3);
+    scene.add_items(
+        std::vector<float>{-0.5F * (all.lowest[0] + all.highest[0]), -all.lowest[1], -0.5F * (all.lowest[2] + all.highest[2])},
+        3);
 }
 
-/// The texture glows and reflects nothing, so that it looks the same in any light.
+/// The texture glows and reflects nothing, so that it looks the same in any light. $ stands for what tells it from others.
 inline constexpr std::string_view usda_material = R"(
-    def Material "Material"
+    def Material "Material$"
     {
-        token outputs:surface.connect = </Photo/Material/Surface.outputs:surface>
+        token outputs:surface.connect = </Photo/Material$/Surface.outputs:surface>
 
         def Shader "Surface"
         {
             uniform token info:id = "UsdPreviewSurface"
             color3f inputs:diffuseColor = (0, 0, 0)
-            color3f inputs:emissiveColor.connect = </Photo/Material/Texture.outputs:rgb>
+            color3f inputs:emissiveColor.connect = </Photo/Material$/Texture.outputs:rgb>
             float inputs:ior = 1
             float inputs:metallic = 0
             float inputs:roughness = 1
@@ -184,15 +204,50 @@ inline constexpr std::string_view usda_material = R"(
         def Shader "Texture"
         {
             uniform token info:id = "UsdUVTexture"
-            asset inputs:file = @textures/photo.jpg@
+            asset inputs:file = @textures/photo$.jpg@
             token inputs:sourceColorSpace = "sRGB"
-            float2 inputs:st.connect = </Photo/Material/Coordinates.outputs:result>
+            float2 inputs:st.connect = </Photo/Material$/Coordinates.outputs:result>
             token inputs:wrapS = "clamp"
             token inputs:wrapT = "clamp"
             float3 outputs:rgb
         }
     }
 )";
+
+/// What tells the names of part t from those of others: nothing where there is one.
+inline std::string usda_suffix(const textured_mesh& mesh, std::size_t t) {
+    return mesh.part_count() > 1 ? "_" + std::to_string(t) : "";
+}
+
+/// Part t of a mesh, and what it is covered with.
+inline std::string describe_part(const textured_mesh& mesh, std::size_t t) {
+    usda_text placed;
+    add_mesh(placed, mesh, t);
+    const std::string suffix = usda_suffix(mesh, t);
+    std::string material;
+    for (const char c : usda_material) material += c == '$' ? suffix : std::string(1, c);
+    return "    def Mesh \"Mesh" + suffix + R"(" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        uniform bool doubleSided = 1
+)" + placed.text() +
+           R"(
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        rel material:binding = </Photo/Material)" +
+           suffix + R"(>
+        uniform token subdivisionScheme = "none"
+    }
+)" + material;
+}
+
+/// The numbers of the parts that have triangles.
+inline std::vector<std::size_t> usda_parts(const textured_mesh& mesh) {
+    std::vector<std::size_t> parts;
+    for (std::size_t t = 0; t < mesh.part_count(); ++t)
+        if (mesh.part(t).first_triangle < mesh.part(t + 1).first_triangle) parts.push_back(t);
+    return parts;
+}
 
 /// The scene as text.
 inline std::string describe_usda(const textured_mesh& mesh, const glb_options& facts) {
@@ -206,8 +261,8 @@ inline std::string describe_usda(const textured_mesh& mesh, const glb_options& f
             facts.camera->focal_length / focal_length_from_35mm(1.0F, facts.camera->width, facts.camera->height));
     if (facts.motion) add("motion", *facts.motion);
     add("nearest", facts.range.z_near);
-    usda_text placed;
-    add_mesh(placed, mesh);
+    std::string parts;
+    for (const std::size_t t : usda_parts(mesh)) parts += (parts.empty() ? "" : "\n") + describe_part(mesh, t);
     const std::string version =
         std::to_string(LDI_VERSION_MAJOR) + "." + std::to_string(LDI_VERSION_MINOR) + "." + std::to_string(LDI_VERSION_PATCH);
     return "#usda 1.0\n(\n    customLayerData = {\n        string creator = \"ldi " + version + "\"\n" + numbers.text() +
@@ -217,32 +272,21 @@ inline std::string describe_usda(const textured_mesh& mesh, const glb_options& f
     kind = "component"
 )
 {
-    def Mesh "Mesh" (
-        prepend apiSchemas = ["MaterialBindingAPI"]
-    )
-    {
-        uniform bool doubleSided = 1
-)" + placed.text() +
-           R"(
-        uniform token[] xformOpOrder = ["xformOp:translate"]
-        rel material:binding = </Photo/Material>
-        uniform token subdivisionScheme = "none"
-    }
-)" + std::string(usda_material) +
+)" + parts +
            "}\n";
 }
 
-/// A USDZ file of a mesh and its texture.
+/// A USDZ file of a mesh and its textures.
 ///
-/// texture  a JPEG file
-/// facts    as of a GLB file; a USDZ file has them in its customLayerData
+/// textures  JPEG files, one for each part of the mesh
+/// facts     as of a GLB file; a USDZ file has them in its customLayerData
 /// Raises too_large from 4 GB on.
-inline std::vector<std::byte> encode_usdz(const textured_mesh& mesh, std::span<const std::byte> texture,
+inline std::vector<std::byte> encode_usdz(const textured_mesh& mesh, std::span<const std::vector<std::byte>> textures,
                                           const glb_options& facts) {
     stored_zip zip;
     const std::string scene = describe_usda(mesh, facts);
     zip.add("photo.usda", std::as_bytes(std::span(scene)));
-    zip.add("textures/photo.jpg", texture);
+    for (const std::size_t t : usda_parts(mesh)) zip.add("textures/photo" + usda_suffix(mesh, t) + ".jpg", textures[t]);
     return zip.finish();
 }
 

@@ -5,6 +5,7 @@
 #include "key_frames.hpp"
 #include "option_checks.hpp"
 #include "outputs.hpp"
+#include "photo_texture.hpp"
 
 #include <ldi/formats/picture.hpp>
 #include <ldi/photo3d.hpp>
@@ -218,9 +219,11 @@ inline void check_video(const video_options& v, output_files& files) {
 
 /// The views of all frames, of the video's size, framed so that nothing past the photo's border is seen: for each frame one, or
 /// for two eyes two, the left one first.
-inline std::vector<view> frame_views(const photo3d& result, const video_options& v, std::size_t frames) {
+///
+/// camera  that took the photo
+inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,
+                                     std::size_t frames) {
     const bool is_named = camera_paths().count(v.path) > 0;
-    const pinhole_camera& camera = result.layers.camera;
     const depth_range& range = result.layers.range;
     // Two eyes get half of the motion at most; what they need is not for the path.
     const float half_eyes = v.stereo == "none" ? 0.0F : 0.5F * eye_distance(camera, range);
@@ -258,7 +261,7 @@ inline std::vector<view> frame_views(const photo3d& result, const video_options&
 }
 
 template <executor Executor>
-void save_video(const photo3d& result, const video_options& v, output_files& files, Executor& threads) {
+void save_video(const photo3d& result, photo_texture& texture, const video_options& v, output_files& files, Executor& threads) {
     if (!v.depth_map.empty()) {
         view own;
         own.camera = result.layers.camera;
@@ -269,11 +272,11 @@ void save_video(const photo3d& result, const video_options& v, output_files& fil
     const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
     const std::size_t frames =
         static_cast<std::size_t>(std::max(1L, std::lround(v.seconds * static_cast<float>(frames_per_second))));
-    const std::vector<view> views = frame_views(result, v, frames);
+    const std::vector<view> views = frame_views(result, texture.camera(), v, frames);
     raster_options raster;
     raster.samples = 2;
     raster.z_near = 0.01F * result.layers.range.z_near;
-    const auto draw = [&](std::size_t i) { return rasterize(result.mesh, result.atlas.color, views[i], raster, threads).color; };
+    const auto draw = [&](std::size_t i) { return texture.draw(views[i], raster, threads).color; };
     const auto frame = [&](std::size_t i) {
         if (views.size() == frames) return draw(i);
         return v.stereo == "anaglyph" ? anaglyph(draw(2 * i), draw(2 * i + 1)) : side_by_side(draw(2 * i), draw(2 * i + 1));

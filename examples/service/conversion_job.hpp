@@ -141,7 +141,8 @@ private:
         clock.begin("reading photo");
         const photo_with_depth input = decode_input(arguments_, names, photo, {}, by_, self);
         const photo3d made = examples::convert(arguments_, input, by_, clock, self);
-        const encoded_photo3d encoded = encode(made, arguments_, names, clock);
+        const photo_texture texture = texture_of(made, input, arguments_, self);
+        const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
         storing.begin("putting GLB");
         outputs_.put(key + ".glb", encoded.glb);
         storing.finish();

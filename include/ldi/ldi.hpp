@@ -75,10 +75,13 @@
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/packing.hpp>
 #include <ldi/texture/padding.hpp>
+#include <ldi/texture/sheet_layout.hpp>
+#include <ldi/texture/sheets.hpp>
 
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/flip.hpp>
+#include <ldi/mesh/move_to_sheets.hpp>
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>
 #include <ldi/mesh/simplify.hpp>

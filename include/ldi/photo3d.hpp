@@ -28,6 +28,7 @@
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/occlusion/texture_transfer.hpp>
 #include <ldi/texture/atlas.hpp>
+#include <ldi/texture/sheets.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -115,12 +116,17 @@ struct photo3d {
 
 namespace detail {
 
+/// The length of a side of the photo when the longer side is shrunk to at most `long_side` pixels.
+inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
+}
+
 /// The photo with a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
-    const std::size_t longer = (std::max)(photo.height(), photo.width()), shrunk = (std::min)(longer, long_side);
-    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * shrunk + longer / 2) / longer, 1); };
-    return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+    const std::size_t longer = (std::max)(photo.height(), photo.width());
+    return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
+                       threads);
 }
 
 /// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
@@ -162,6 +168,19 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }
 
 }  // namespace detail
+
+/// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
+/// too_large where the photo is too large for that.
+inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
+                                  const sheet_options& sheets = {}) {
+    const std::size_t longer = (std::max)(photo_height, photo_width);
+    double scale = 1;
+    for (const std::size_t length : {photo_height, photo_width})
+        scale = (std::max)(scale, detail::nearest_double(length) /
+                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    return options;
+}
 
 /// photo      H x W x 3, at least one pixel
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself

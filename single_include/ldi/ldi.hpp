@@ -14605,8 +14605,8 @@ chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
 }  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
-// Packs rectangles into one sheet: a tree that splits free rectangles (paper, section "Texture Atlas Generation", Packing; after
-// blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+// Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
+// Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -14756,6 +14756,40 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         raise(error_code::too_large, "pack", "a sheet with sides of at most " + std::to_string(max_side),
               std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
     return best;
+}
+
+/// The place of each rectangle on one of several sheets, and how much of each sheet is used.
+struct sheet_packing {
+    buffer<rectangle_size> sheets;
+    buffer<std::int32_t> sheet_of;     ///< one per rectangle, in the caller's order
+    buffer<rectangle_corner> corners;  ///< the same
+};
+
+/// Packs all rectangles, each at least 1 x 1, into as few sheets as it finds room on, the largest first. Raises
+/// error_code::too_large for a rectangle that is larger than a sheet.
+inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
+    sheet_packing packed;
+    packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
+    buffer<packing_tree> trees;
+    for (const std::size_t i : detail::packing_order(sizes)) {
+        const rectangle_size size = sizes[i];
+        LDI_ASSERT(size.width > 0 && size.height > 0);
+        if (size.width > max_side || size.height > max_side)
+            raise(error_code::too_large, "pack_on_sheets", "rectangles with sides of at most " + std::to_string(max_side),
+                  std::to_string(size.width) + " x " + std::to_string(size.height));
+        std::size_t sheet = 0;
+        while (sheet < trees.size() && !trees[sheet].insert(size, packed.corners[i])) ++sheet;
+        if (sheet == trees.size()) {
+            trees.emplace_back(rectangle_size{max_side, max_side});
+            trees.back().insert(size, packed.corners[i]);
+            packed.sheets.emplace_back();
+        }
+        packed.sheet_of[i] = static_cast<std::int32_t>(sheet);
+        rectangle_size& used = packed.sheets[sheet];
+        used.width = (std::max)(used.width, packed.corners[i].x + size.width);
+        used.height = (std::max)(used.height, packed.corners[i].y + size.height);
+    }
+    return packed;
 }
 
 }  // namespace ldi
@@ -15021,6 +15055,402 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
         }
     });
     return atlas;
+}
+
+}  // namespace ldi
+
+// ---- ldi/texture/sheet_layout.hpp
+// Where charts lie that show the photo at its own size (texture/sheets.hpp).
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct sheet_options {
+    /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
+    std::int32_t max_side = 4096;
+    /// Around charts, in pixels of the layered image; at least 1, and at most the atlas's filter padding.
+    std::int32_t padding = 4;
+};
+
+/// Along one direction: the pixels of the photo, which count more or less than those of the layered image.
+struct sheet_scale {
+    std::int64_t photo = 1, layers = 1;
+
+    /// A place of the layered image in the photo.
+    double in_photo(double place) const { return place * detail::nearest_double(photo) / detail::nearest_double(layers); }
+    /// A place of the photo in the layered image.
+    double in_layers(double place) const { return place * detail::nearest_double(layers) / detail::nearest_double(photo); }
+    /// The pixel of the layered image, below 0 or beyond the last maybe, in which the middle of a pixel of the photo lies.
+    std::int32_t pixel_of(std::int64_t photo_pixel) const { return floored((2 * photo_pixel + 1) * layers, 2 * photo); }
+    /// The pixel of the photo at whose place, or before, a pixel of the layered image begins.
+    std::int32_t first_at(std::int64_t pixel) const { return floored(pixel * photo, layers); }
+    /// The pixel of the photo that begins at the same place, or behind.
+    std::int32_t last_at(std::int64_t pixel) const { return -floored(-pixel * photo, layers); }
+
+private:
+    static std::int32_t floored(std::int64_t a, std::int64_t positive) {
+        return static_cast<std::int32_t>(a / positive - (a % positive < 0 ? 1 : 0));
+    }
+};
+
+/// The place of a chart.
+struct sheet_placement {
+    std::int32_t sheet = 0;                 ///< 0: it stays in the atlas, and nothing else here counts
+    atlas_rectangle room = {};              ///< on the sheet
+    std::int32_t photo_x = 0, photo_y = 0;  ///< the pixel of the photo at the room's top left texel; it may lie outside
+};
+
+struct sheet_layout {
+    sheet_scale across, down;
+    std::int32_t padding = 0;
+    buffer<rectangle_size> sizes;        ///< of all textures, in texels: the atlas, then the sheets
+    buffer<sheet_placement> placements;  ///< one per chart
+};
+
+}  // namespace ldi
+
+// ---- ldi/texture/detail/sheet_sources.hpp
+// Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Where the color of what lies in a pixel of the layered image comes from.
+enum class sheet_source : std::uint8_t {
+    atlas,
+    photo,
+    cleaned,  ///< the photo without what it has of the surface beside
+};
+
+/// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
+class sheet_sources {
+public:
+    sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
+                  image_view<const std::uint8_t> worked_on)
+        : left_(shape.x - padding),
+          top_(shape.y - padding),
+          atlas_left_(in_atlas.x - padding),
+          atlas_top_(in_atlas.y - padding),
+          width_(shape.width + 2 * padding),
+          height_(shape.height + 2 * padding),
+          atlas_(atlas),
+          worked_on_(worked_on),
+          found_(static_cast<std::size_t>(height_), static_cast<std::size_t>(width_), 1, sheet_source::atlas) {
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x) found_(y, x) = own_source(x, y);
+        guard_borders();
+    }
+
+    sheet_source at(std::int32_t x, std::int32_t y) const {
+        return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
+    }
+
+    /// The color of the surface that the photo may mix in there: of all in reach that are not this chart's, the most different.
+    std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
+        const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
+        std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
+        int largest = 0;
+        for (std::int32_t v = (std::max)(y - reach, 0); v <= (std::min)(y + reach, height_ - 1); ++v)
+            for (std::int32_t u = (std::max)(x - reach, 0); u <= (std::min)(x + reach, width_ - 1); ++u) {
+                if (own_source(u, v) == sheet_source::photo || !is_in_photo(u, v)) continue;
+                const std::uint8_t* const other = in_photo(u, v);
+                int difference = 0;
+                for (std::size_t c = 0; c < 3; ++c) difference += (other[c] - own[c]) * (other[c] - own[c]);
+                if (difference <= largest) continue;
+                largest = difference;
+                color = {nearest_float(other[0]), nearest_float(other[1]), nearest_float(other[2])};
+            }
+        return color;
+    }
+
+private:
+    /// Within so many pixels of where its surface ends, or its color is not the photo's, a pixel that looks unmixed may have a
+    /// rim of another surface: at its own size the photo shows that. By trial.
+    static constexpr std::int32_t guarded = 2;
+    /// And within so many that other surface is in sight.
+    static constexpr std::int32_t reach = 3;
+
+    bool is_in_photo(std::int32_t x, std::int32_t y) const {
+        return left_ + x >= 0 && top_ + y >= 0 && left_ + x < static_cast<std::int32_t>(worked_on_.width()) &&
+               top_ + y < static_cast<std::int32_t>(worked_on_.height());
+    }
+    const std::uint8_t* in_photo(std::int32_t x, std::int32_t y) const {
+        return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
+    }
+
+    /// By the pixel alone.
+    sheet_source own_source(std::int32_t x, std::int32_t y) const {
+        if (!is_in_photo(x, y)) return sheet_source::atlas;
+        const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
+        const std::uint8_t* const in_atlas = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
+        const bool is_same = std::equal(in_atlas, in_atlas + 3, in_photo(x, y));
+        if (is_same && (kind == texel_kind::photo || kind == texel_kind::copied)) return sheet_source::photo;
+        return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
+    }
+
+    /// Looks along rows, then along columns.
+    void guard_borders() {
+        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x)
+                if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
+                    for (std::int32_t u = (std::max)(x - guarded, 0); u <= (std::min)(x + guarded, width_ - 1); ++u)
+                        beside(y, u) = 1;
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x) {
+                if (beside(y, x) == 0) continue;
+                for (std::int32_t v = (std::max)(y - guarded, 0); v <= (std::min)(y + guarded, height_ - 1); ++v)
+                    if (found_(v, x) == sheet_source::photo) found_(v, x) = sheet_source::cleaned;
+            }
+    }
+
+    std::int32_t left_, top_, atlas_left_, atlas_top_, width_, height_;
+    const texture_atlas& atlas_;
+    image_view<const std::uint8_t> worked_on_;
+    image<sheet_source> found_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/texture/detail/sheet_painter.hpp
+// Draws a chart as large as the photo (texture/sheets.hpp), row by row.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+class sheet_painter {
+public:
+    sheet_painter(const sheet_layout& layout, const chart& shape, const sheet_placement& place, const texture_atlas& atlas,
+                  chart_placement in_atlas, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo)
+        : place_(place),
+          atlas_(atlas),
+          photo_(photo),
+          sources_(shape, atlas, in_atlas, layout.padding, worked_on),
+          columns_(
+              samples_along(layout.across, place.photo_x, place.room.width, shape.x, shape.width, in_atlas.x, layout.padding)),
+          rows_(samples_along(layout.down, place.photo_y, place.room.height, shape.y, shape.height, in_atlas.y, layout.padding)) {
+    }
+
+    std::size_t rows() const { return rows_.size(); }
+
+    /// Draws a row of the chart's room.
+    void draw(std::int32_t y, image<std::uint8_t>& sheet) const {
+        std::uint8_t* to = sheet.row(place_.room.y + y) + 3 * std::ptrdiff_t{place_.room.x};
+        const std::int32_t pixel_y = rows_[y].pixel;
+        for (std::int32_t x = 0, end = 0; x < columns_.count(); to += 3 * (end - x), x = end) {
+            const sheet_source source = sources_.at(columns_[x].pixel, pixel_y);
+            const auto is_alike = [&](std::int32_t other) {  // cleaned ones differ in the color beside
+                return columns_[other].pixel == columns_[x].pixel ||
+                       (source != sheet_source::cleaned && sources_.at(columns_[other].pixel, pixel_y) == source);
+            };
+            for (end = x + 1; end < columns_.count() && is_alike(end);) ++end;
+            if (source == sheet_source::atlas) {
+                for (std::int32_t i = x; i < end; ++i) put(in_atlas(i, y), to + 3 * (i - x));
+                continue;
+            }
+            const std::uint8_t* const photo = photo_.row(place_.photo_y + y) + 3 * std::ptrdiff_t{place_.photo_x + x};
+            if (source == sheet_source::photo) {
+                std::copy_n(photo, 3 * (end - x), to);
+                continue;
+            }
+            const color beside = sources_.color_beside(columns_[x].pixel, pixel_y);
+            for (std::int32_t i = x; i < end; ++i) put(cleaned(photo + 3 * (i - x), in_atlas(i, y), beside), to + 3 * (i - x));
+        }
+    }
+
+private:
+    using color = std::array<float, 3>;
+
+    /// A texel along one direction.
+    struct sample {
+        std::int32_t pixel;          ///< of sheet_sources, that its middle lies in
+        std::int32_t first, second;  ///< texels of the atlas that the atlas is interpolated between
+        float share;                 ///< of the second
+    };
+
+    static buffer<sample> samples_along(const sheet_scale& scale, std::int32_t photo_pixel, std::int32_t count,
+                                        std::int32_t begin, std::int32_t length, std::int32_t in_atlas, std::int32_t padding) {
+        buffer<sample> samples;
+        samples.reserve(static_cast<std::size_t>(count));
+        for (std::int32_t i = 0; i < count; ++i) {
+            const double place = scale.in_layers(nearest_double(photo_pixel + i) + 0.5) - nearest_double(begin) - 0.5;
+            const double before = std::floor(place);
+            const auto texel = [&](double pixel) {
+                const double kept = std::clamp(pixel, -nearest_double(padding), nearest_double(length + padding - 1));
+                return in_atlas + static_cast<std::int32_t>(kept);
+            };
+            samples.push_back({scale.pixel_of(photo_pixel + i) - begin + padding, texel(before), texel(before + 1),
+                               static_cast<float>(place - before)});
+        }
+        return samples;
+    }
+
+    color in_atlas(std::int32_t x, std::int32_t y) const {
+        const sample &column = columns_[x], &row = rows_[y];
+        const auto along = [&](std::int32_t texel_row, std::size_t channel) {
+            const std::uint8_t* const texels = atlas_.color.row(texel_row) + channel;
+            return nearest_float(texels[3 * std::ptrdiff_t{column.first}]) * (1 - column.share) +
+                   nearest_float(texels[3 * std::ptrdiff_t{column.second}]) * column.share;
+        };
+        color result{};
+        for (std::size_t c = 0; c < 3; ++c) result[c] = along(row.first, c) * (1 - row.share) + along(row.second, c) * row.share;
+        return result;
+    }
+
+    /// The photo's color without the share of the surface beside: as far as it goes from the own surface's color towards the
+    /// other's, it is taken back. What is left is the own surface's texture.
+    static color cleaned(const std::uint8_t* photo, const color& own, const color& beside) {
+        // A share that noise has, too, stays; so does what is beside where it looks alike. By trial.
+        constexpr float least_share = 0.02F, certain_share = 0.08F, least_difference = 20;
+        color result{};
+        float along = 0, squared = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float step = beside[c] - own[c];
+            result[c] = nearest_float(photo[c]);
+            along += (result[c] - own[c]) * step, squared += step * step;
+        }
+        if (squared < least_difference * least_difference) return result;
+        const float share = std::clamp(along / squared, 0.0F, 1.0F);
+        const float taken = share * std::clamp((share - least_share) / (certain_share - least_share), 0.0F, 1.0F);
+        for (std::size_t c = 0; c < 3; ++c) result[c] -= taken * (beside[c] - own[c]);
+        return result;
+    }
+
+    static void put(const color& from, std::uint8_t* to) {
+        for (std::size_t c = 0; c < 3; ++c) to[c] = rounded_mean(std::clamp(from[c], 0.0F, 255.0F));
+    }
+
+    const sheet_placement& place_;
+    const texture_atlas& atlas_;
+    image_view<const std::uint8_t> photo_;
+    sheet_sources sources_;
+    buffer<sample> columns_, rows_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/texture/sheets.hpp
+// The photo at its own size as texture. Depth is coarser than a photo, and so a layered image need not be as large as one: what
+// is counted in its pixels, time and memory, would grow with no gain. Colors need not be as coarse. Here the charts that show the
+// photo are drawn anew, on sheets of their own, with a texel for each pixel of the photo; the atlas stays the texture of the
+// charts that are hidden as a whole, and of soft edges. A sheet is drawn when it is asked for, so that only one need be in
+// memory.
+//
+//     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
+//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
+//     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
+//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Raises mismatch if the atlas has no such padding around a chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
+                       bottom = std::int64_t{in_atlas.y} + shape.height + padding;
+    if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
+        bottom > static_cast<std::int64_t>(atlas.kind.height()))
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+}
+
+}  // namespace detail
+
+/// The largest chart_options::max_side with which every chart finds room on a sheet.
+///
+/// scale  pixels of the photo per pixel of the layered image, the larger of both directions
+/// Raises too_large if there is none.
+inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
+    // Ends within a texel are rounded outwards.
+    const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
+    if (!(side >= 16))
+        raise(error_code::too_large, "largest_chart_side",
+              "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side), std::to_string(scale));
+    return static_cast<std::int32_t>((std::min)(side, 1e6));
+}
+
+/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+///
+/// layers         known_column tells which pixels the photo shows
+/// charts, atlas  of these layers
+/// photo_height, photo_width  of the photo that sheets will show
+/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
+template <has_columns<known_column> Layers>
+sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
+                            std::size_t photo_width, const sheet_options& options = {}) {
+    if (options.max_side < macroblock_side || options.max_side % macroblock_side != 0 || options.padding < 1)
+        raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
+              std::to_string(options.max_side) + " and " + std::to_string(options.padding));
+    const graph& g = layers.topology;
+    if (atlas.placements.size() != charts.charts.size())
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+    LDI_ASSERT(photo_height > 0 && photo_width > 0 && g.width > 0 && g.height > 0);
+    sheet_layout layout;
+    layout.padding = options.padding;
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height};
+    layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
+    layout.placements.resize(charts.charts.size());
+
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    buffer<rectangle_size> blocks;
+    buffer<std::int32_t> enlarged;
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& shape = charts.charts[c];
+        detail::check_padding(shape, atlas.placements[c], atlas, options.padding);
+        if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
+            continue;
+        sheet_placement& place = layout.placements[c];
+        place.photo_x = layout.across.first_at(shape.x - options.padding);
+        place.photo_y = layout.down.first_at(shape.y - options.padding);
+        const auto blocks_to = [&](std::int32_t length) { return (length + macroblock_side - 1) / macroblock_side; };
+        blocks.push_back({blocks_to(layout.across.last_at(shape.x + shape.width + options.padding) - place.photo_x),
+                          blocks_to(layout.down.last_at(shape.y + shape.height + options.padding) - place.photo_y)});
+        enlarged.push_back(c);
+    }
+    const sheet_packing packed = pack_on_sheets(blocks, options.max_side / macroblock_side);
+    for (const rectangle_size& used : packed.sheets)
+        layout.sizes.push_back({used.width * macroblock_side, used.height * macroblock_side});
+    for (std::int32_t i = 0; i < enlarged.count(); ++i) {
+        sheet_placement& place = layout.placements[enlarged[i]];
+        place.sheet = packed.sheet_of[i] + 1;
+        place.room = {packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
+                      blocks[i].width * macroblock_side, blocks[i].height * macroblock_side};
+    }
+    return layout;
+}
+
+/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
+/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
+/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+///
+/// sheet          1 to layout.sizes.size() - 1
+/// charts, atlas  that the sheets were laid out for
+/// worked_on      the photo as the layered image was made from, of its size
+/// photo          the same photo, of the size that the sheets were laid out for
+/// Raises mismatch where inputs don't fit together.
+template <executor Executor = const serial_executor>
+image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
+                               image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,
+                               Executor&& threads = {}) {
+    const auto is_of = [](image_view<const std::uint8_t> picture, std::int64_t height, std::int64_t width) {
+        return picture.channels() == 3 && static_cast<std::int64_t>(picture.height()) == height &&
+               static_cast<std::int64_t>(picture.width()) == width;
+    };
+    if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
+        atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
+        !is_of(worked_on, layout.down.layers, layout.across.layers))
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+    const rectangle_size size = layout.sizes[sheet];
+    image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
+    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
+        if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
+        detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
+        const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
+                                            photo);
+        parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {
+            for (std::size_t y = first; y < last; ++y) painter.draw(static_cast<std::int32_t>(y), drawn);
+        });
+    }
+    return drawn;
 }
 
 }  // namespace ldi
@@ -17000,12 +17430,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const m
 }  // namespace ldi
 
 // ---- ldi/mesh/textured_mesh.hpp
-// The result of the whole way from photo to 3D photo: one mesh with one texture.
+// The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
-/// behind them from each other (no depth is written). Space and texture as of the mesh that they belong to.
+/// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3
     buffer<float> texture_coordinates;  ///< W x 2
@@ -17015,17 +17445,57 @@ struct soft_edge_strip {
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
+/// The beginning of the vertices and triangles that have one of several textures. They end where the next part begins.
+struct mesh_part {
+    std::size_t first_vertex = 0, first_triangle = 0;
+};
+
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
-    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
+    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
     buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty where edges are hard
+    /// Part t has texture t; its triangles have vertices of its own only, and there may be none. Empty: all has one texture.
+    buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
+    /// The number of textures.
+    std::size_t part_count() const { return (std::max)(parts.size(), std::size_t{1}); }
+    /// Part t for t < part_count(), and the end of the last one for t = part_count().
+    mesh_part part(std::size_t t) const {
+        if (t == part_count()) return {vertex_count(), triangle_count()};
+        return parts.empty() ? mesh_part{} : parts[t];
+    }
+    /// Whether anything has texture t.
+    bool uses_texture(std::size_t t) const {
+        return part(t).first_triangle < part(t + 1).first_triangle || (t == 0 && !soft_edges.triangles.empty());
+    }
 };
+
+namespace detail {
+
+/// Raises mismatch where a mesh has another number of textures, invalid_data where its parts or their triangles don't fit
+/// together.
+inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+    if (mesh.part_count() != textures)
+        raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
+    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+        const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
+        if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
+            (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
+            raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
+                  "part " + std::to_string(t));
+        for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
+            if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
+                raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",
+                      "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
+    }
+}
+
+}  // namespace detail
 
 }  // namespace ldi
 
@@ -17410,6 +17880,83 @@ template <has_columns<disparity_column> Layers, executor Executor = const serial
 textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
                          const mesh_options& options = {}, Executor&& threads = {}) {
     return build_mesh(layers, charts, atlas, visible_silhouettes(), options, threads);
+}
+
+}  // namespace ldi
+
+// ---- ldi/mesh/move_to_sheets.hpp
+// The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
+// texture coordinates.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Texture coordinates on the sheets.
+class sheet_coordinates {
+public:
+    sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
+        : charts_(charts), atlas_(atlas), layout_(layout) {}
+
+    /// chart          that the vertex belongs to
+    /// u, v           in the atlas
+    std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
+        const sheet_placement& place = layout_.placements[chart];
+        if (place.sheet == 0) return {u, v};
+        const ldi::chart& shape = charts_.charts[chart];
+        const chart_placement from = atlas_.placements[chart];
+        const rectangle_size size = layout_.sizes[place.sheet];
+        const double x = double{u} * nearest_double(atlas_.color.width()) - from.x + shape.x;
+        const double y = double{v} * nearest_double(atlas_.color.height()) - from.y + shape.y;
+        return {on_sheet(layout_.across.in_photo(x) - place.photo_x + place.room.x, size.width),
+                on_sheet(layout_.down.in_photo(y) - place.photo_y + place.room.y, size.height)};
+    }
+
+private:
+    static float on_sheet(double texels, std::int32_t length) {
+        return static_cast<float>(std::clamp(texels / length, 0.0, 1.0));
+    }
+
+    const chart_set& charts_;
+    const texture_atlas& atlas_;
+    const sheet_layout& layout_;
+};
+
+}  // namespace detail
+
+/// mesh    of these charts and this atlas (build_mesh)
+/// layout  for the same (lay_out_sheets); the result has a part for each of its sizes
+/// Raises mismatch where they don't fit together. Vertices of a part, and its triangles, stay in their order.
+inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
+                                    const sheet_layout& layout) {
+    if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
+        layout.placements.size() != charts.charts.size() || layout.sizes.empty())
+        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+    const detail::sheet_coordinates coordinates(charts, atlas, layout);
+    const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
+    const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
+
+    textured_mesh moved;
+    buffer<std::uint32_t> place(mesh.vertex_count());
+    for (std::size_t sheet = 0; sheet < layout.sizes.size(); ++sheet) {
+        moved.parts.push_back({moved.vertex_count(), moved.triangle_count()});
+        for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+            if (sheet_of(v) != sheet) continue;
+            place[v] = static_cast<std::uint32_t>(moved.vertex_count());
+            const float* const position = mesh.positions.data() + 3 * v;
+            moved.positions.append(position, position + 3);
+            const std::array<float, 2> uv =
+                coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
+            moved.texture_coordinates.append(uv.begin(), uv.end());
+            moved.pixels.push_back(mesh.pixels[v]);
+        }
+        for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+            if (sheet_of(mesh.triangles[i]) != sheet) continue;
+            for (std::size_t k = 0; k < 3; ++k) moved.triangles.push_back(place[mesh.triangles[i + k]]);
+        }
+    }
+    moved.soft_edges = mesh.soft_edges;
+    return moved;
 }
 
 }  // namespace ldi
@@ -18142,15 +18689,23 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
 
-/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
 /// edges are laid over what is behind them, and neither have depth nor cover anything.
 ///
-/// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
-/// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
+/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
+///           repeat the rim
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
 /// view (the larger side times samples may be 2^19).
 template <executor Executor = const serial_executor>
-rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
+
+/// The same of a mesh with one texture.
+template <executor Executor = const serial_executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options = {}, Executor&& threads = {}) {
+    return rasterize(mesh, std::span(&texture, 1), from, options, threads);
+}
 
 namespace detail {
 
@@ -18170,13 +18725,16 @@ void check_triangles(const Mesh& mesh) {
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
 }
 
-inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);
-    if (texture.channels() != 3 || texture.size() == 0)
+    check_parts(mesh, textures.size());
+    for (const image<std::uint8_t>& texture : textures) {
+        if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
               std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
                   std::to_string(texture.channels()));
+    }
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -18345,14 +18903,19 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
 }  // namespace detail
 
 template <executor Executor>
-rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options, Executor&& threads) {
-    detail::check_drawable(mesh, texture);
+    detail::check_drawable(mesh, textures);
     detail::check_raster_options(from, options);
     buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
-    for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
+    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+        for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
+            projection.append(mesh, i, options.both_sides, triangles);
+        last_of_part.push_back(triangles.count());
+    }
     const std::int32_t opaque = triangles.count();
     const soft_edge_strip& strip = mesh.soft_edges;
     for (std::size_t i = 0; i < strip.triangles.size() / 3; ++i) projection.append(strip, i, options.both_sides, triangles);
@@ -18364,7 +18927,11 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
             return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
         [&](std::int32_t i, detail::sample_band& band) {
-            const auto shade = [&](double u, double v) { return detail::bilinear(texture, u, v); };
+            const std::size_t part =
+                i < opaque ? static_cast<std::size_t>(std::upper_bound(last_of_part.begin(), last_of_part.end(), i) -
+                                                      last_of_part.begin())
+                           : 0;
+            const auto shade = [&](double u, double v) { return detail::bilinear(textures[part], u, v); };
             if (i < opaque)
                 band.draw(triangles[i], shade);
             else
@@ -19525,45 +20092,80 @@ private:
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// The columns of a mesh or strip as they stand in the file, in an order that aligns each to its scalars without padding.
-template <class Mesh>
+/// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
+/// without padding.
 struct geometry {
-    const Mesh& mesh;
-    std::array<double, 3> lowest, highest;  ///< of positions
+    std::span<const float> positions, texture_coordinates;
+    std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
+    std::span<const std::uint32_t> triangles;
+    std::uint32_t first_vertex = 0;  ///< that triangles count from
+    std::size_t texture = 0;
+    std::array<double, 3> lowest{}, highest{};  ///< of positions
 
-    explicit geometry(const Mesh& m) : mesh(m) {
+    std::size_t vertex_count() const { return positions.size() / 3; }
+    bool is_strip() const { return !opacity.empty(); }
+    bool has_short_indices() const { return vertex_count() < 65536; }  // the index 65,535 itself is reserved, and not reached
+    std::size_t position_bytes() const { return positions.size_bytes(); }
+    std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
+    std::size_t color_bytes() const { return opacity.size() * 4; }
+    std::size_t index_bytes() const {
+        return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
+    }
+    /// After which the next geometry begins at a multiple of 4.
+    std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
+
+    void find_extent() {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         lowest.fill(infinity), highest.fill(-infinity);
-        for (std::size_t i = 0; i < m.positions.size(); ++i) {
-            const double p = double{m.positions[i]};
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            const double p = double{positions[i]};
             lowest[i % 3] = (std::min)(lowest[i % 3], p), highest[i % 3] = (std::max)(highest[i % 3], p);
         }
     }
-
-    static constexpr bool has_opacity = requires(const Mesh& m) { m.opacity; };
-    bool has_short_indices() const {
-        return mesh.vertex_count() < 65536;
-    }  // the index 65,535 itself is reserved, and not reached
-    std::size_t position_bytes() const { return mesh.positions.size() * sizeof(float); }
-    std::size_t coordinate_bytes() const { return mesh.texture_coordinates.size() * sizeof(std::uint16_t); }
-    std::size_t color_bytes() const { return has_opacity ? mesh.vertex_count() * 4 : 0; }
-    std::size_t index_bytes() const {
-        return mesh.triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
-    }
-    /// After which the next geometry begins at a multiple of 4.
-    std::size_t padding() const { return has_short_indices() && mesh.triangles.size() % 2 == 1 ? 2 : 0; }
-    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
 };
 
-/// What is in the binary chunk: the mesh, the strip if there is one, and the texture.
+/// What is in the binary chunk: the parts of the mesh that have triangles, the strip if there is one, and the textures that these
+/// have.
 struct contents {
-    geometry<textured_mesh> mesh;
-    geometry<soft_edge_strip> strip;
-    std::span<const std::byte> texture;
+    buffer<geometry> parts;
+    buffer<std::span<const std::byte>> textures;
 
-    bool has_strip() const { return !strip.mesh.triangles.empty(); }
-    std::size_t padding() const { return has_strip() ? mesh.padding() : 0; }
-    std::size_t bytes() const { return mesh.bytes() + padding() + (has_strip() ? strip.bytes() : 0) + texture.size(); }
+    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures) {
+        const auto add = [&](geometry part, std::size_t texture) {
+            if (part.triangles.empty()) return;
+            part.texture = texture;
+            part.find_extent();
+            parts.push_back(part);
+        };
+        const std::span<const float> positions(mesh.positions), coordinates(mesh.texture_coordinates);
+        const std::span<const std::uint32_t> triangles(mesh.triangles);
+        for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+            if (!mesh.uses_texture(t)) continue;
+            const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
+            const std::size_t vertex_count = last.first_vertex - first.first_vertex;
+            add({positions.subspan(3 * first.first_vertex, 3 * vertex_count),
+                 coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
+                 {},
+                 triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
+                 static_cast<std::uint32_t>(first.first_vertex)},
+                textures.size());
+            textures.push_back(all_textures[t]);
+        }
+        const soft_edge_strip& strip = mesh.soft_edges;
+        add({strip.positions, strip.texture_coordinates, strip.opacity, strip.triangles}, 0);
+    }
+
+    bool has_strip() const { return parts.back().is_strip(); }
+    std::size_t padding(std::size_t part) const { return part + 1 < parts.size() ? parts[part].padding() : 0; }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (std::size_t i = 0; i < parts.size(); ++i) sum += parts[i].bytes() + padding(i);
+        for (const std::span<const std::byte>& texture : textures) sum += texture.size();
+        return sum;
+    }
+    /// The number of a texture's view: those of geometry come first.
+    std::size_t view_of_texture(std::size_t texture) const { return 3 * parts.size() + (has_strip() ? 1 : 0) + texture; }
 };
 
 /// The views of the file's only buffer, one after the other.
@@ -19587,29 +20189,30 @@ private:
 };
 
 /// Accessors have the numbers of their views.
-template <class Mesh>
-void add_accessors(json_text& json, view_list& views, const geometry<Mesh>& g, std::size_t padding) {
-    const std::size_t count = g.mesh.vertex_count();
+inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
+    const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
              count);
     json.add(R"(,"max":)", g.highest, R"(,"min":)", g.lowest, R"(,"type":"VEC3"},)");
     json.add(R"({"bufferView":)", views.add(g.coordinate_bytes(), vertices), R"(,"componentType":)", unsigned_short);
     json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC2"},)");
-    if constexpr (geometry<Mesh>::has_opacity) {
+    if (g.is_strip()) {
         json.add(R"({"bufferView":)", views.add(g.color_bytes(), vertices), R"(,"componentType":)", unsigned_byte);
         json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC4"},)");
     }
     json.add(R"({"bufferView":)", views.add(g.index_bytes(), indices, padding), R"(,"componentType":)",
              g.has_short_indices() ? unsigned_short : unsigned_int);
-    json.add(R"(,"count":)", g.mesh.triangles.size(), R"(,"type":"SCALAR"})");
+    json.add(R"(,"count":)", g.triangles.size(), R"(,"type":"SCALAR"})");
 }
 
 inline void add_accessors_and_views(json_text& json, const contents& c) {
     view_list views;
     json.add(R"("accessors":[)");
-    add_accessors(json, views, c.mesh, c.padding());
-    if (c.has_strip()) json.add(","), add_accessors(json, views, c.strip, 0);
-    views.add(c.texture.size(), 0);
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        if (i > 0) json.add(",");
+        add_accessors(json, views, c.parts[i], c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) views.add(texture.size(), 0);
     json.add(R"(],"asset":{"generator":"ldi )", LDI_VERSION_MAJOR, ".", LDI_VERSION_MINOR, ".", LDI_VERSION_PATCH);
     json.add(R"(","version":"2.0"},"bufferViews":[)", views.text(), R"(],"buffers":[{"byteLength":)", views.bytes(), "}],");
 }
@@ -20159,8 +20762,9 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 }  // namespace ldi
 
 // ---- ldi/formats/glb.hpp
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture, and the camera that took the photo. Only features that
-// every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a file.
+// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a
+// file.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -20179,14 +20783,23 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its texture: one node and mesh; one primitive, and where edges are soft a second one, which viewers
-/// blend over the first (COLOR_0 with alpha). Positions are float32, texture coordinates normalized
-/// 16-bit, indices 16-bit below 65,536 vertices and 32-bit from there. Every vertex that no triangle uses is kept.
+/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
+/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
+/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
+/// without triangles are not, nor textures that only they have.
 ///
-/// texture  a JPEG or PNG file
-/// Raises invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if the texture is no complete JPEG or PNG file; too_large beyond 4 GB.
-buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options = {});
+/// textures  one JPEG or PNG file for each part of the mesh
+/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
+/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; too_large beyond
+/// 4 GB.
+buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
+                             const glb_options& options = {});
+
+/// The same of a mesh with one texture.
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
+                                    const glb_options& options = {}) {
+    return encode_glb(mesh, std::span(&texture, 1), options);
+}
 
 /// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
 /// a fifth as large.
@@ -20213,10 +20826,16 @@ void check_triangles_of_file(const Mesh& mesh) {
             broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
 }
 
-inline void check_mesh(const textured_mesh& mesh) {
+inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
     check_triangles_of_file(mesh);
     check_triangles_of_file(mesh.soft_edges);
+    check_parts(mesh, textures.size());
+    for (const std::span<const std::byte>& texture : textures) {
+        if (!is_jpeg(texture) && !is_png(texture))
+            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
+        read_picture_header(texture, "texture");
+    }
 }
 
 }  // namespace detail
@@ -20226,7 +20845,10 @@ namespace detail::glb {
 /// A camera at the origin, looking along -z as glTF's do by themselves.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
-    const double nearest = -c.mesh.highest[2], farthest = (std::max)(0.0, -c.mesh.lowest[2]);
+    double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
+    for (const geometry& g : c.parts)
+        if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
+    const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
     // Room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
@@ -20272,25 +20894,41 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     json.add("{");
     add_accessors_and_views(json, c);
     if (options.camera) add_camera(json, *options.camera, c);
-    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":)", c.has_strip() ? 7 : 3, R"(,"mimeType":")",
-             is_png(c.texture) ? "image/png" : "image/jpeg", R"("}],)");
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
-    json.add(R"("materials":[)");
-    const auto add_material = [&](std::string_view blending) {
-        json.add("{", blending, options.double_sided ? R"("doubleSided":true,)" : "",
-                 R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
-                 R"("metallicFactor":0.0}})");
+    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[)");
+    const auto add_list = [&](std::size_t count, auto&& add_item) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i > 0) json.add(",");
+            add_item(i);
+        }
     };
-    add_material("");
-    if (c.has_strip()) json.add(","), add_material(R"("alphaMode":"BLEND",)");
-    json.add(R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"indices":2,"material":0,"mode":4})");
-    if (c.has_strip()) json.add(R"(,{"attributes":{"COLOR_0":5,"POSITION":3,"TEXCOORD_0":4},"indices":6,"material":1,"mode":4})");
+    add_list(c.textures.size(), [&](std::size_t t) {
+        json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
+                 is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
+    });
+    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    json.add(R"(],"materials":[)");
+    add_list(c.parts.size(), [&](std::size_t p) {
+        json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
+                 options.double_sided ? R"("doubleSided":true,)" : "",
+                 R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":)",
+                 c.parts[p].texture, R"(},"metallicFactor":0.0}})");
+    });
+    json.add(R"(],"meshes":[{"primitives":[)");
+    add_list(c.parts.size(), [&](std::size_t p) {
+        const std::size_t first = 3 * p;  // the strip, which has an accessor more, is the last
+        json.add(R"({"attributes":{)");
+        if (c.parts[p].is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
+        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1, R"(},"indices":)",
+                 first + (c.parts[p].is_strip() ? 3U : 2U), R"(,"material":)", p, R"(,"mode":4})");
+    });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
     // Linear filters, with mip maps; nothing repeats beyond the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
-    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
+    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
+    add_list(c.textures.size(), [&](std::size_t t) { json.add(R"({"sampler":0,"source":)", t, "}"); });
+    json.add("]}");
     return json.text();
 }
 
@@ -20315,41 +20953,37 @@ private:
     std::byte* to_;
 };
 
-template <class Mesh>
-void put_geometry(writer& to, const geometry<Mesh>& g) {
-    for (const float p : g.mesh.positions) {
+inline void put_geometry(writer& to, const geometry& g) {
+    for (const float p : g.positions) {
         std::uint32_t bits;
         std::memcpy(&bits, &p, sizeof bits);
         to.put(bits);
     }
-    for (const float t : g.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    if constexpr (geometry<Mesh>::has_opacity)
-        for (const std::uint8_t opacity : g.mesh.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
-    for (const std::uint32_t i : g.mesh.triangles) {
+    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const std::uint32_t i : g.triangles) {
         if (g.has_short_indices())
-            to.put(static_cast<std::uint16_t>(i));
+            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
         else
-            to.put(i);
+            to.put(i - g.first_vertex);
     }
 }
 
 inline void put_contents(writer& to, const contents& c) {
-    put_geometry(to, c.mesh);
-    to.put_padding(std::byte{0}, c.padding());
-    if (c.has_strip()) put_geometry(to, c.strip);
-    to.put_bytes(c.texture.data(), c.texture.size());
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        put_geometry(to, c.parts[i]);
+        to.put_padding(std::byte{0}, c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
 }
 
 }  // namespace detail::glb
 
-inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options) {
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
+                                    const glb_options& options) {
     using namespace detail::glb;
-    detail::check_mesh(mesh);
-    if (!detail::is_jpeg(texture) && !detail::is_png(texture))
-        raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", detail::describe_format(texture));
-    detail::read_picture_header(texture, "texture");
-
-    const contents parts{geometry(mesh), geometry(mesh.soft_edges), texture};
+    detail::check_contents(mesh, textures);
+    const contents parts(mesh, textures);
     if (parts.bytes() > 0xFFFF0000)
         raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
     const buffer<char> json = describe(parts, options);
@@ -20499,12 +21133,17 @@ struct photo3d {
 
 namespace detail {
 
+/// The length of a side of the photo when the longer side is shrunk to at most `long_side` pixels.
+inline std::size_t shrunk_length(std::size_t length, std::size_t longer, std::size_t long_side) {
+    return std::max<std::size_t>((length * (std::min)(longer, long_side) + longer / 2) / longer, 1);
+}
+
 /// The photo with a long side of at most `long_side` pixels.
 template <executor Executor>
 image<std::uint8_t> shrink_photo(image_view<const std::uint8_t> photo, std::size_t long_side, Executor& threads) {
-    const std::size_t longer = (std::max)(photo.height(), photo.width()), shrunk = (std::min)(longer, long_side);
-    const auto scaled = [&](std::size_t length) { return std::max<std::size_t>((length * shrunk + longer / 2) / longer, 1); };
-    return area_resize(photo, scaled(photo.height()), scaled(photo.width()), threads);
+    const std::size_t longer = (std::max)(photo.height(), photo.width());
+    return area_resize(photo, shrunk_length(photo.height(), longer, long_side), shrunk_length(photo.width(), longer, long_side),
+                       threads);
 }
 
 /// The side of a sample of the estimate, in pixels. At least 1, and at most 16: a map so coarse cannot tell where silhouettes
@@ -20546,6 +21185,19 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }
 
 }  // namespace detail
+
+/// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
+/// too_large where the photo is too large for that.
+inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
+                                  const sheet_options& sheets = {}) {
+    const std::size_t longer = (std::max)(photo_height, photo_width);
+    double scale = 1;
+    for (const std::size_t length : {photo_height, photo_width})
+        scale = (std::max)(scale, detail::nearest_double(length) /
+                                      detail::nearest_double(detail::shrunk_length(length, longer, options.long_side)));
+    options.charts.max_side = (std::min)(options.charts.max_side, largest_chart_side(scale, sheets));
+    return options;
+}
 
 /// photo      H x W x 3, at least one pixel
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself

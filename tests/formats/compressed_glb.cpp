@@ -222,8 +222,8 @@ TEST_CASE("the texture as WebP stands alone, or beside the JPEG") {
     for (std::size_t i = 0; i < atlas.size(); ++i)
         atlas.data()[i] = static_cast<std::uint8_t>(i / 3 % atlas_width + i / 3 / atlas_width + 30 * (i % 3));
     const byte_string webp = examples::encode_webp(atlas, 90), plain = plain_glb(make_slope(1, 3));
-    const byte_string file = examples::compress_glb(plain, {.precision = 1e-4F, .webp = webp}),
-                      both = examples::compress_glb(plain, {.precision = 1e-4F, .webp = webp, .keeps_texture = true});
+    const byte_string file = examples::compress_glb(plain, {.precision = 1e-4F, .webp = {&webp, 1}}),
+                      both = examples::compress_glb(plain, {.precision = 1e-4F, .webp = {&webp, 1}, .keeps_texture = true});
     const viewed_glb alone(file), beside(both);
     CHECK(alone.json["extensionsRequired"].get<words>().count("EXT_texture_webp") == 1);
     CHECK(alone.json["textures"][0].count("source") == 0);
@@ -243,6 +243,42 @@ TEST_CASE("the texture as WebP stands alone, or beside the JPEG") {
     image<std::uint8_t> back(atlas_height, atlas_width, 3);
     std::copy_n(decoded.get(), back.size(), back.data());
     CHECK(psnr(back, atlas) > 38);
+}
+
+TEST_CASE("of several textures each stays that of its part, on a grid of its own size") {
+    const textured_mesh slope = make_slope(1, 3);
+    textured_mesh mesh = slope;
+    mesh.parts = {{}, {mesh.vertex_count(), mesh.triangle_count()}};
+    mesh.positions.append(slope.positions.begin(), slope.positions.end());
+    mesh.texture_coordinates.append(slope.texture_coordinates.begin(), slope.texture_coordinates.end());
+    for (const std::uint32_t i : slope.triangles) mesh.triangles.push_back(i + static_cast<std::uint32_t>(slope.vertex_count()));
+    const image<std::uint8_t> small = smooth_picture(40, 48, 3);  // a vertex at every fourth texel
+    const std::vector<byte_string> jpegs{encode_jpeg(make_atlas(), 90), encode_jpeg(small, 90)},
+        webps{examples::encode_webp(make_atlas(), 90), examples::encode_webp(small, 90)};
+    const buffer<std::byte> encoded = encode_glb(mesh, std::vector<std::span<const std::byte>>(jpegs.begin(), jpegs.end()));
+    const byte_string plain(encoded.begin(), encoded.end());
+    for (const bool keeps_texture : {false, true}) {
+        const byte_string bytes =
+            examples::compress_glb(plain, {.precision = 1e-4F, .webp = webps, .keeps_texture = keeps_texture});
+        const viewed_glb file(bytes);
+        CHECK(file.json["images"].size() == (keeps_texture ? 4 : 2));
+        for (std::size_t t = 0; t < 2; ++t) {
+            const nlohmann::json& material = file.json["materials"][file.primitive(t)["material"].get<std::size_t>()];
+            const nlohmann::json& texture = material["pbrMetallicRoughness"]["baseColorTexture"];
+            REQUIRE(texture["index"] == t);
+            CHECK(texture["extensions"]["KHR_texture_transform"]["scale"][0].get<double>() ==
+                  Approx(t == 0 ? 1.0 / 96 : 1.0 / 48));
+            const nlohmann::json& pictures = file.json["textures"][t];
+            const auto view_of = [&](const nlohmann::json& picture) {
+                return file.view(file.json["images"][picture.get<std::size_t>()]["bufferView"]);
+            };
+            CHECK(view_of(pictures["extensions"]["EXT_texture_webp"]["source"]) == webps[t]);
+            if (keeps_texture) CHECK(view_of(pictures["source"]) == jpegs[t]);
+            CHECK(file.mesh(t).vertex_count() == slope.vertex_count());
+        }
+    }
+    CHECK(raised([&] { examples::compress_glb(plain, {.precision = 1e-4F, .webp = std::span(webps).first(1)}); }) ==
+          error_code::invalid_data);
 }
 
 TEST_CASE("what is no GLB file of ours is refused, and damage is no crash") {
@@ -280,9 +316,9 @@ TEST_CASE("the Khronos validator finds no error and no warning in compressed fil
     const scratch_folder folder;
     std::vector<std::uint16_t> triangles;
     const byte_string webp = examples::encode_webp(make_atlas(), 90), plain = plain_glb(make_slope(1, 3));
-    write_file(folder / "webp.glb", examples::compress_glb(plain, {.precision = 1e-4F, .webp = webp}));
-    write_file(folder / "both.glb",
-               examples::compress_glb(with_strip(plain, triangles), {.precision = 1e-4F, .webp = webp, .keeps_texture = true}));
+    write_file(folder / "webp.glb", examples::compress_glb(plain, {.precision = 1e-4F, .webp = {&webp, 1}}));
+    write_file(folder / "both.glb", examples::compress_glb(with_strip(plain, triangles),
+                                                           {.precision = 1e-4F, .webp = {&webp, 1}, .keeps_texture = true}));
     write_file(folder / "deep.glb", examples::compress_glb(plain_glb(make_slope(0.3F, 900))));
     std::string command = "node '" + (validator / "validate.mjs").string() + "'";
     for (const char* name : {"webp.glb", "both.glb", "deep.glb"}) command += " '" + (folder / name).string() + "'";

@@ -159,6 +159,60 @@ TEST_CASE("soft edges are a second primitive, blended, with opacity as the alpha
     }
 }
 
+TEST_CASE("a mesh of several textures is a primitive per texture, each with vertices of its own") {
+    const byte_string first = encode_jpeg(smooth_picture(16, 32, 3), 85), second = encode_jpeg(smooth_picture(8, 8, 3), 85),
+                      third = encode_jpeg(smooth_picture(24, 8, 3), 85);
+    const std::vector<std::span<const std::byte>> textures{first, second, third};
+    for (const bool has_first : {false, true}) {
+        // The first texture is only the strip's, or also of 3 x 2 vertices; nothing has the second; 7 x 5 have the third.
+        textured_mesh mesh = make_soft_sheet(3, 2, 3);
+        const textured_mesh strip = mesh, sheet = make_sheet(7, 5);
+        if (!has_first) mesh.positions.clear(), mesh.texture_coordinates.clear(), mesh.triangles.clear();
+        const mesh_part end{mesh.vertex_count(), mesh.triangle_count()};
+        mesh.parts = {{}, end, end};
+        mesh.positions.append(sheet.positions.begin(), sheet.positions.end());
+        mesh.texture_coordinates.append(sheet.texture_coordinates.begin(), sheet.texture_coordinates.end());
+        for (const std::uint32_t i : sheet.triangles) mesh.triangles.push_back(i + static_cast<std::uint32_t>(end.first_vertex));
+
+        const tinygltf::Model model = read_back(encode_glb(mesh, textures, {.camera = some_camera()}));
+        const std::vector<tinygltf::Primitive>& primitives = model.meshes.at(0).primitives;
+        REQUIRE(primitives.size() == (has_first ? 3 : 2));
+        const auto check_part = [&](const tinygltf::Primitive& part, const textured_mesh& expected, const byte_string& texture) {
+            CHECK(accessor_values<float>(model, part.attributes.at("POSITION")) == expected.positions);
+            const buffer<std::uint16_t> indices = accessor_values<std::uint16_t>(model, part.indices);
+            CHECK(buffer<std::uint32_t>(indices.begin(), indices.end()) == expected.triangles);
+            const tinygltf::Material& material = model.materials.at(static_cast<std::size_t>(part.material));
+            CHECK(material.alphaMode == "OPAQUE");
+            const int number = material.pbrMetallicRoughness.baseColorTexture.index;
+            const int picture = model.textures.at(static_cast<std::size_t>(number)).source;
+            CHECK(view_bytes(model, model.images.at(static_cast<std::size_t>(picture)).bufferView) == texture);
+        };
+        if (has_first) check_part(primitives[0], strip, first);
+        check_part(primitives[has_first ? 1 : 0], sheet, third);
+        const tinygltf::Primitive& soft = primitives.back();
+        CHECK(accessor_values<float>(model, soft.attributes.at("POSITION")) == mesh.soft_edges.positions);
+        CHECK(model.materials.at(static_cast<std::size_t>(soft.material)).alphaMode == "BLEND");
+        CHECK(model.images.size() == 2);  // nothing has the second
+        CHECK(model.materials.size() == primitives.size());
+    }
+}
+
+TEST_CASE("parts that don't fit the textures, or triangles across parts, are refused") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    const std::vector<std::span<const std::byte>> two{texture, texture};
+    textured_mesh mesh = make_sheet(4, 4);
+    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::mismatch);
+    mesh.parts = {{}, {8, 6}};
+    CHECK(raised([&] { encode_glb(mesh, texture); }) == error_code::mismatch);
+    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);  // the second row of squares has vertices of both
+    mesh.parts = {{}, {17, 18}};
+    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);
+    mesh.parts = {{1, 0}, {16, 18}};
+    CHECK(raised([&] { encode_glb(mesh, two); }) == error_code::invalid_data);
+    mesh.parts = {{}, {16, 18}};
+    CHECK(read_back(encode_glb(mesh, two)).images.size() == 1);
+}
+
 TEST_CASE("a mesh or a texture that no viewer could show is refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const auto refused = [&](const textured_mesh& mesh, const byte_string& jpeg, const std::string& words) {
@@ -280,6 +334,14 @@ TEST_CASE("the Khronos validator finds no error and no warning") {
     add("one_triangle.glb", {{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}}, texture, {});
     add("soft.glb", make_soft_sheet(20, 30, 9), texture, {.camera = some_camera()});
     add("many.glb", make_sheet(300, 300), encode_jpeg(smooth_picture(16, 16, 3), 100), {.camera = some_camera()});
+    textured_mesh parts = make_soft_sheet(4, 4, 5);
+    const textured_mesh more = make_sheet(3, 3);
+    parts.parts = {{}, {parts.vertex_count(), parts.triangle_count()}};
+    parts.positions.append(more.positions.begin(), more.positions.end());
+    parts.texture_coordinates.append(more.texture_coordinates.begin(), more.texture_coordinates.end());
+    for (const std::uint32_t i : more.triangles) parts.triangles.push_back(i + 16);
+    save_glb(folder / "parts.glb", parts, std::vector<std::span<const std::byte>>{texture, texture});
+    paths += " '" + (folder / "parts.glb").string() + "'";
     const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";
     CHECK(std::system((validate + paths + " > /dev/null").c_str()) == 0);
 

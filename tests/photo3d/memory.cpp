@@ -105,6 +105,32 @@ TEST_CASE("every stage, with both networks, allocates from the caller's memory a
     CHECK(own.blocks == 0);
 }
 
+TEST_CASE("sheets of a photo four times as large take no more memory, but for the photo") {
+    const auto peak_of = [&](std::size_t rows, std::size_t columns) {
+        std::mt19937 random(10);
+        const ldi::image<std::uint8_t> photo = noisy_photo(rows, columns);
+        const ldi::given_disparity depth{ldi::test::random_disparity(random, 60, 80)};
+        ldi::sheet_options sheets;
+        sheets.max_side = 512;
+        ldi::photo3d_options options;
+        options.long_side = 160;
+        ldi::testing::counted_memory own;
+        const ldi::memory_scope scope(own.source);
+        const ldi::photo3d made =
+            ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, ldi::for_sheets(options, rows, columns, sheets));
+        const ldi::sheet_layout layout = ldi::lay_out_sheets(made.layers, made.charts, made.atlas, rows, columns, sheets);
+        const ldi::textured_mesh mesh = ldi::move_to_sheets(made.mesh, made.charts, made.atlas, layout);
+        for (std::size_t i = 1; i < layout.sizes.size(); ++i)
+            ldi::draw_sheet(layout, i, made.charts, made.atlas, made.photo, photo);
+        CHECK(layout.sizes.size() > 4);
+        CHECK(mesh.part_count() == layout.sizes.size());
+        return own.peak;
+    };
+    const std::size_t smaller = peak_of(720, 960), larger = peak_of(1440, 1920);
+    CAPTURE(smaller, larger);
+    CHECK(larger < smaller + 512 * 512 * 3);  // 6 megabytes more are the photo's
+}
+
 TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all that was taken is given back") {
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");

@@ -89,6 +89,68 @@ def check_written_files(folder):
     run("a USDZ file of another name", [photo, *depth, "--usdz", os.path.join(folder, "photo.zip")], [".zip", ".usdz"])
 
 
+def jpeg_size(data):
+    """Width and height of a JPEG file of this program's encoder."""
+    at = data.index(b"\xff\xc0")
+    return struct.unpack(">HH", data[at + 5 : at + 9])[::-1]
+
+
+def check_full_size(folder):
+    """A photo that is shown larger than it is worked on, in every kind of file at once, and the memory that 12 megapixels take."""
+    # Far on the left and near on the right, with lines 2 pixels wide, which nothing that was worked on 20 times as small could show.
+    lines = bytes(v for x in range(4400) for v in ((250, 0, 0) if x in (1200, 1201) else (0, 250, 0) if x in (3000, 3001) else (90, 90, 90)))
+    photo = file(folder, "wide.png", png(4400, 800, 3, lambda y: lines))
+    depth = ["--depth", file(folder, "wide_depth.png", png(440, 80, 1, lambda y: bytes(40 if x < 220 else 200 for x in range(440))))]
+    large = ["--size", "full", "--geometry-size", "220", "--quiet"]
+    out = os.path.join(folder, "large")
+    os.mkdir(out)
+    path = lambda name: os.path.join(out, name)
+    files = ["-o", path("wide.glb"), "--usdz", path("wide.usdz"), "--stereo-image", path("wide.png"), "--report", path("wide.json"), "--depth-map", path("depth.png")]
+    video = ["--video", path("frames"), "--video-size", "2200", "--seconds", "0.1", "--fps", "10", "--path", "dolly-zoom"]
+    result = subprocess.run([PROGRAM, photo, *depth, *large, *files, *video], capture_output=True, text=True, env=WITHOUT_MODELS)
+    check(f"all files of a photo at its full size: {result.stderr}", result.returncode == 0 and len(os.listdir(out)) == 6)
+    if result.returncode != 0:
+        return
+    glb = open(path("wide.glb"), "rb").read()
+    content = json.loads(glb[20 : 20 + struct.unpack("<I", glb[12:16])[0]])
+    binary = glb[28 + struct.unpack("<I", glb[12:16])[0] :]
+    views = [content["bufferViews"][image["bufferView"]] for image in content["images"]]
+    sizes = [jpeg_size(binary[v["byteOffset"] :]) for v in views]
+    check(f"its GLB file has several textures of at most 4096 texels a side: {sizes}", is_whole_glb(glb) and len(sizes) >= 2 and max(max(s) for s in sizes) <= 4096)
+    check("which show at least as much as the photo has", sum(w * h for w, h in sizes) > 4400 * 800)
+    report = json.load(open(path("wide.json")))
+    check(f"its report: {report}", (report["width"], report["texture_width"], report["texture_height"]) == (220, 4400, 800) and report["textures"] >= len(sizes))
+    pair = pixels(open(path("wide.png"), "rb").read())
+    check(f"its stereo picture is as large: {len(pair[0]) / 3} x {len(pair)}", len(pair) == 800 and len(pair[0]) == 3 * 8800)
+    is_line = lambda row, x, color: row[3 * x + color] > 150 and row[3 * x + 1 - color] < 90
+    check("and shows the lines", all(any(is_line(pair[400], x, color) for x in range(4400)) for color in (0, 1)))
+    frame = open(os.path.join(path("frames"), "frame_00001.png"), "rb").read()
+    check("frames of a video are as large as asked", struct.unpack(">II", frame[16:24]) == (2200, 400))
+    with zipfile.ZipFile(path("wide.usdz")) as usdz:
+        scene, textures = usdz.read("photo.usda").decode(), [n for n in usdz.namelist() if n.endswith(".jpg")]
+        check(f"its USDZ file has a mesh for each texture: {textures}", usdz.testzip() is None and len(textures) >= 2 and scene.count("def Mesh") == len(textures) and all(f"@{t}@" in scene for t in textures))
+    shutil.copy(os.path.join(folder, "wide_depth.png"), os.path.join(path("frames"), "wide.png"))
+    batch = subprocess.run([PROGRAM, "--batch", photo, "-o", out, "--depth", path("frames"), *large], capture_output=True, text=True, env=WITHOUT_MODELS)
+    check(f"in a batch it has the same bytes: {batch.stdout}", batch.returncode == 0 and open(path("wide.glb"), "rb").read() == glb)
+    if subprocess.run([PROGRAM, photo, *depth, *large, "--compress", "-o", path("compressed.glb")], capture_output=True, env=WITHOUT_MODELS).returncode == 0:
+        compressed = open(path("compressed.glb"), "rb").read()
+        packed = json.loads(compressed[20 : 20 + struct.unpack("<I", compressed[12:16])[0]])
+        check("compressed it has as many textures, as WebP", is_whole_glb(compressed) and [i["mimeType"] for i in packed["images"]] == ["image/webp"] * len(sizes))
+    else:
+        print("skipped a compressed file of several textures: the program was built without meshoptimizer or libwebp")
+    run("a word that is no size", [photo, *depth, "--size", "whole"], ["--size", "full or a number"])
+
+    program = open(PROGRAM, "rb").read()
+    if b"AddressSanitizer" in program or b"ThreadSanitizer" in program:
+        print("skipped the memory that 12 megapixels take: sanitizers take memory of their own")
+        return
+    photo = file(folder, "large.png", png(4000, 3000, 3, lambda y: bytes((x // 2 + y // 3 + 20 * (x // 40 + y // 40 & 1)) % 256 for x in range(4000) for _ in range(3)) if y % 40 == 0 else lines[:12000]))
+    step = file(folder, "large_depth.png", png(400, 300, 1, lambda y: bytes(220 if 120 < x < 280 and y > 90 else 30 for x in range(400))))
+    subprocess.run([PROGRAM, photo, "--depth", step, "--size", "full", "-o", path("large.glb"), "--report", path("large.json"), "--quiet"], env=WITHOUT_MODELS)
+    report = json.load(open(path("large.json")))
+    check(f"12 megapixels take at most 24 bytes per pixel: {report['peak_memory_bytes'] / 12e6}", report["texture_width"] == 4000 and report["peak_memory_bytes"] <= 24 * 12e6)
+
+
 def is_written(data):
     return data[:2] == b"PK"
 
@@ -235,6 +297,7 @@ def main():
         run("a page that can't be written", [small, *depth, "--html", os.path.join(folder, "no/such/page.html"), "--viewer", viewer], ["no/such", "expected"])
 
         check_written_files(folder)
+        check_full_size(folder)
 
         # Moving pictures.
         frames, depth_map = os.path.join(folder, "frames"), os.path.join(folder, "map.png")

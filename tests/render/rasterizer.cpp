@@ -404,6 +404,36 @@ TEST_CASE("from another place, a scene without silhouettes looks as the ray cast
     CHECK(squared / static_cast<double>(count) < 4.0);
 }
 
+TEST_CASE("parts of a mesh have their own textures, also where the near plane cuts their triangles") {
+    std::mt19937 random(21);
+    const auto between = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
+    constexpr std::size_t parts = 5;
+    const view v = view_of(40, 30);
+    for (int repeat = 0; repeat < 50; ++repeat) {
+        // One texture per part, of one color, and all of them side by side.
+        std::vector<image<std::uint8_t>> textures;
+        image<std::uint8_t> all(1, parts, 3);
+        textured_mesh mesh, whole;
+        for (std::size_t t = 0; t < parts; ++t) {
+            const std::uint8_t gray = static_cast<std::uint8_t>(40 + 40 * t);
+            textures.emplace_back(2 + t, 3, 3, gray);
+            for (std::size_t c = 0; c < 3; ++c) all(0, t, c) = gray;
+            mesh.parts.push_back({mesh.vertex_count(), mesh.triangle_count()});
+            for (std::uint32_t i = 0, count = 3 * static_cast<std::uint32_t>(random() % 4); i < count; ++i) {
+                mesh.triangles.push_back(static_cast<std::uint32_t>(mesh.vertex_count()));
+                for (const float p : {between(-2, 2), between(-2, 2), between(-4, 1)}) mesh.positions.push_back(p);
+                for (const float uv : {between(0, 1), between(0, 1)}) mesh.texture_coordinates.push_back(uv);
+                for (const float uv : {(static_cast<float>(t) + 0.5F) / parts, 0.5F}) whole.texture_coordinates.push_back(uv);
+            }
+        }
+        whole.positions = mesh.positions, whole.triangles = mesh.triangles;
+        const rendering in_parts = rasterize(mesh, textures, v), at_once = rasterize(whole, all, v);
+        REQUIRE(in_parts.color == at_once.color);
+        REQUIRE(in_parts.depth == at_once.depth);
+    }
+    CHECK_THROWS_AS(rasterize(textured_mesh(), std::vector(2, flat_texture(1)), v), error);  // of one part
+}
+
 TEST_CASE("malformed meshes, textures and options are refused") {
     const view v = view_of(8, 8);
     textured_mesh good;

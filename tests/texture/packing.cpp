@@ -59,6 +59,34 @@ TEST_CASE("packed rectangles lie in the sheet and share nothing") {
     }
 }
 
+TEST_CASE("on several sheets rectangles share nothing either, and sheets are no larger than what is on them") {
+    std::mt19937 random(7);
+    for (int i = 0; i < 100; ++i) {
+        const std::int32_t longest = 1 + below(random, 60);
+        const std::vector<rectangle_size> sizes = random_rectangles(random, 1 + below(random, 120), longest);
+        const sheet_packing packed = pack_on_sheets(sizes, longest + below(random, 40));
+        std::size_t placed = 0;
+        for (std::int32_t sheet = 0; sheet < packed.sheets.count(); ++sheet) {
+            std::vector<rectangle_size> here;
+            packing one;
+            rectangle_size used;
+            for (std::size_t k = 0; k < sizes.size(); ++k) {
+                if (packed.sheet_of[k] != sheet) continue;
+                here.push_back(sizes[k]), one.corners.push_back(packed.corners[k]);
+                used = {std::max(used.width, packed.corners[k].x + sizes[k].width),
+                        std::max(used.height, packed.corners[k].y + sizes[k].height)};
+            }
+            one.sheet = packed.sheets[sheet];
+            CHECK(one.sheet == used);
+            check_packing(here, one);
+            placed += here.size();
+        }
+        CHECK(placed == sizes.size());
+    }
+    CHECK_THROWS_AS(pack_on_sheets(std::vector<rectangle_size>{{3, 9}}, 8), error);
+    CHECK(pack_on_sheets({}, 8).sheets.empty());
+}
+
 TEST_CASE("many rectangles fill four fifths of their sheet") {
     std::mt19937 random(2);
     for (int i = 0; i < 20; ++i) {

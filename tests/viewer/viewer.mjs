@@ -385,13 +385,20 @@ await test("a page with a compressed photo, its texture in WebP, shows the photo
     assert.ok((await stat(join(top, "out/sample_compressed.html"))).size < (await stat(samplePage)).size - 50_000);
 });
 
-await test("three.js reads the USDZ file as the photo, seen from where it was taken", () => openPage(context, usdPage, still), async (page) => {
-    const camera = takeApart(glb).json.cameras[0].perspective;
-    await page.evaluate(([usdz, lens]) => showUsdz(usdz, lens), [await readFile(join(top, "out/sample.usdz"), "base64"), camera]);
-    const psnr = await desk.psnr(await picture(page, "canvas"), photo);
+await test("a photo at its full size, on several textures, is shown as one", () => openPhoto(context, join(top, "out/sample_full.html"), still), async (page) => {
+    const psnr = await desk.psnr(await picture(page, "#view"), photo, await hiddenBorder(page));
     console.log(`        ${psnr.toFixed(1)} dB`);
-    assert.ok(psnr > 25, `${psnr} dB`);
+    assert.ok(psnr > 26, `${psnr} dB`); // silhouettes are those of a third of the size
 });
+
+for (const name of ["sample", "sample_full"])
+    await test(`three.js reads ${name}.usdz as the photo, seen from where it was taken`, () => openPage(context, usdPage, still), async (page) => {
+        const camera = takeApart(glb).json.cameras[0].perspective;
+        await page.evaluate(([usdz, lens]) => showUsdz(usdz, lens), [await readFile(join(top, `out/${name}.usdz`), "base64"), camera]);
+        const psnr = await desk.psnr(await picture(page, "canvas"), photo);
+        console.log(`        ${psnr.toFixed(1)} dB`);
+        assert.ok(psnr > 25, `${psnr} dB`);
+    });
 
 await test("a file can be chosen, and needs no camera of its own", empty(still), async (page) => {
     await page.setInputFiles("#file", { name: "bare.glb", mimeType: "model/gltf-binary", buffer: withoutCamera(glb) });

@@ -1,5 +1,6 @@
-// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture, and the camera that took the photo. Only features that
-// every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a file.
+// A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
+// features that every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a
+// file.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -19,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -42,14 +44,23 @@ struct glb_options {
     bool double_sided = true;
 };
 
-/// A GLB file of a mesh and its texture: one node and mesh; one primitive, and where edges are soft a second one, which viewers
-/// blend over the first (COLOR_0 with alpha). Positions are float32, texture coordinates normalized
-/// 16-bit, indices 16-bit below 65,536 vertices and 32-bit from there. Every vertex that no triangle uses is kept.
+/// A GLB file of a mesh and its textures: one node and mesh; one primitive per texture, and where edges are soft one more, which
+/// viewers blend over the others (COLOR_0 with alpha). Positions are float32, texture coordinates normalized 16-bit, indices
+/// 16-bit below 65,536 vertices of a primitive and 32-bit from there. Every vertex of a part that no triangle uses is kept; parts
+/// without triangles are not, nor textures that only they have.
 ///
-/// texture  a JPEG or PNG file
-/// Raises invalid_data if the mesh is empty, has a coordinate that is not finite, a texture coordinate outside [0, 1] or an
-/// index out of range, or if the texture is no complete JPEG or PNG file; too_large beyond 4 GB.
-buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options = {});
+/// textures  one JPEG or PNG file for each part of the mesh
+/// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
+/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; too_large beyond
+/// 4 GB.
+buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
+                             const glb_options& options = {});
+
+/// The same of a mesh with one texture.
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture,
+                                    const glb_options& options = {}) {
+    return encode_glb(mesh, std::span(&texture, 1), options);
+}
 
 /// The same with pixels as texture, H x W x 3, which become a PNG file by encode_plain_png(). A JPEG encoder of yours makes files
 /// a fifth as large.
@@ -76,10 +87,16 @@ void check_triangles_of_file(const Mesh& mesh) {
             broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
 }
 
-inline void check_mesh(const textured_mesh& mesh) {
+inline void check_contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures) {
     if (mesh.triangles.empty()) raise(error_code::invalid_data, "encode_glb", "a mesh with triangles", "none");
     check_triangles_of_file(mesh);
     check_triangles_of_file(mesh.soft_edges);
+    check_parts(mesh, textures.size());
+    for (const std::span<const std::byte>& texture : textures) {
+        if (!is_jpeg(texture) && !is_png(texture))
+            raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
+        read_picture_header(texture, "texture");
+    }
 }
 
 }  // namespace detail
@@ -89,7 +106,10 @@ namespace detail::glb {
 /// A camera at the origin, looking along -z as glTF's do by themselves.
 inline void add_camera(json_text& json, const pinhole_camera& photo, const contents& c) {
     LDI_ASSERT(photo.width > 0 && photo.height > 0 && photo.focal_length > 0);
-    const double nearest = -c.mesh.highest[2], farthest = (std::max)(0.0, -c.mesh.lowest[2]);
+    double highest = -std::numeric_limits<double>::infinity(), lowest = -highest;
+    for (const geometry& g : c.parts)
+        if (!g.is_strip()) highest = (std::max)(highest, g.highest[2]), lowest = (std::min)(lowest, g.lowest[2]);
+    const double nearest = -highest, farthest = (std::max)(0.0, -lowest);
     // Room to move forward and back.
     const double z_near = nearest > 0 ? 0.1 * nearest : 0.01, z_far = (std::max)(10 * farthest, 100 * z_near);
     json.add(R"("cameras":[{"perspective":{"aspectRatio":)", nearest_double(photo.width) / photo.height);
@@ -135,25 +155,41 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     json.add("{");
     add_accessors_and_views(json, c);
     if (options.camera) add_camera(json, *options.camera, c);
-    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[{"bufferView":)", c.has_strip() ? 7 : 3, R"(,"mimeType":")",
-             is_png(c.texture) ? "image/png" : "image/jpeg", R"("}],)");
-    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
-    json.add(R"("materials":[)");
-    const auto add_material = [&](std::string_view blending) {
-        json.add("{", blending, options.double_sided ? R"("doubleSided":true,)" : "",
-                 R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":0},)",
-                 R"("metallicFactor":0.0}})");
+    json.add(R"("extensionsUsed":["KHR_materials_unlit"],"images":[)");
+    const auto add_list = [&](std::size_t count, auto&& add_item) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i > 0) json.add(",");
+            add_item(i);
+        }
     };
-    add_material("");
-    if (c.has_strip()) json.add(","), add_material(R"("alphaMode":"BLEND",)");
-    json.add(R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"indices":2,"material":0,"mode":4})");
-    if (c.has_strip()) json.add(R"(,{"attributes":{"COLOR_0":5,"POSITION":3,"TEXCOORD_0":4},"indices":6,"material":1,"mode":4})");
+    add_list(c.textures.size(), [&](std::size_t t) {
+        json.add(R"({"bufferView":)", c.view_of_texture(t), R"(,"mimeType":")",
+                 is_png(c.textures[t]) ? "image/png" : "image/jpeg", R"("})");
+    });
+    // The texture as it is, unlit; not metal where a viewer knows no unlit materials.
+    json.add(R"(],"materials":[)");
+    add_list(c.parts.size(), [&](std::size_t p) {
+        json.add("{", c.parts[p].is_strip() ? R"("alphaMode":"BLEND",)" : "",
+                 options.double_sided ? R"("doubleSided":true,)" : "",
+                 R"("extensions":{"KHR_materials_unlit":{}},"pbrMetallicRoughness":{"baseColorTexture":{"index":)",
+                 c.parts[p].texture, R"(},"metallicFactor":0.0}})");
+    });
+    json.add(R"(],"meshes":[{"primitives":[)");
+    add_list(c.parts.size(), [&](std::size_t p) {
+        const std::size_t first = 3 * p;  // the strip, which has an accessor more, is the last
+        json.add(R"({"attributes":{)");
+        if (c.parts[p].is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
+        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1, R"(},"indices":)",
+                 first + (c.parts[p].is_strip() ? 3U : 2U), R"(,"material":)", p, R"(,"mode":4})");
+    });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
     // Linear filters, with mip maps; nothing repeats beyond the edges.
     json.add(R"(],"samplers":[{"magFilter":9729,"minFilter":9987,"wrapS":33071,"wrapT":33071}],"scene":0,"scenes":[{)");
     add_extras(json, options);
-    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[{"sampler":0,"source":0}]})");
+    json.add(R"("nodes":)", options.camera ? "[0,1]" : "[0]", R"(}],"textures":[)");
+    add_list(c.textures.size(), [&](std::size_t t) { json.add(R"({"sampler":0,"source":)", t, "}"); });
+    json.add("]}");
     return json.text();
 }
 
@@ -178,41 +214,37 @@ private:
     std::byte* to_;
 };
 
-template <class Mesh>
-void put_geometry(writer& to, const geometry<Mesh>& g) {
-    for (const float p : g.mesh.positions) {
+inline void put_geometry(writer& to, const geometry& g) {
+    for (const float p : g.positions) {
         std::uint32_t bits;
         std::memcpy(&bits, &p, sizeof bits);
         to.put(bits);
     }
-    for (const float t : g.mesh.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
-    if constexpr (geometry<Mesh>::has_opacity)
-        for (const std::uint8_t opacity : g.mesh.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
-    for (const std::uint32_t i : g.mesh.triangles) {
+    for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
+    for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const std::uint32_t i : g.triangles) {
         if (g.has_short_indices())
-            to.put(static_cast<std::uint16_t>(i));
+            to.put(static_cast<std::uint16_t>(i - g.first_vertex));
         else
-            to.put(i);
+            to.put(i - g.first_vertex);
     }
 }
 
 inline void put_contents(writer& to, const contents& c) {
-    put_geometry(to, c.mesh);
-    to.put_padding(std::byte{0}, c.padding());
-    if (c.has_strip()) put_geometry(to, c.strip);
-    to.put_bytes(c.texture.data(), c.texture.size());
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        put_geometry(to, c.parts[i]);
+        to.put_padding(std::byte{0}, c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) to.put_bytes(texture.data(), texture.size());
 }
 
 }  // namespace detail::glb
 
-inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::byte> texture, const glb_options& options) {
+inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
+                                    const glb_options& options) {
     using namespace detail::glb;
-    detail::check_mesh(mesh);
-    if (!detail::is_jpeg(texture) && !detail::is_png(texture))
-        raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", detail::describe_format(texture));
-    detail::read_picture_header(texture, "texture");
-
-    const contents parts{geometry(mesh), geometry(mesh.soft_edges), texture};
+    detail::check_contents(mesh, textures);
+    const contents parts(mesh, textures);
     if (parts.bytes() > 0xFFFF0000)
         raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
     const buffer<char> json = describe(parts, options);

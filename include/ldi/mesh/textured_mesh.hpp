@@ -1,15 +1,18 @@
-// The result of the whole way from photo to 3D photo: one mesh with one texture.
+// The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
-/// behind them from each other (no depth is written). Space and texture as of the mesh that they belong to.
+/// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
 struct soft_edge_strip {
     buffer<float> positions;            ///< W x 3
     buffer<float> texture_coordinates;  ///< W x 2
@@ -19,16 +22,56 @@ struct soft_edge_strip {
     std::size_t vertex_count() const { return opacity.size(); }
 };
 
+/// The beginning of the vertices and triangles that have one of several textures. They end where the next part begins.
+struct mesh_part {
+    std::size_t first_vertex = 0, first_triangle = 0;
+};
+
 /// V vertices, F triangles. Space and texture coordinates are glTF's.
 struct textured_mesh {
     buffer<float> positions;            ///< V x 3; x right, y up, the photo's camera at the origin looking along -z
-    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the atlas
+    buffer<float> texture_coordinates;  ///< V x 2, in [0, 1]; (0, 0) is the top left corner of the texture
     buffer<std::int32_t> pixels;        ///< V; a pixel of the layered image that each vertex is a corner of or lies in
     buffer<std::uint32_t> triangles;    ///< F x 3 vertex indices, counter-clockwise seen from the photo's camera
     soft_edge_strip soft_edges = {};    ///< empty where edges are hard
+    /// Part t has texture t; its triangles have vertices of its own only, and there may be none. Empty: all has one texture.
+    buffer<mesh_part> parts = {};
 
     std::size_t vertex_count() const { return positions.size() / 3; }
     std::size_t triangle_count() const { return triangles.size() / 3; }
+    /// The number of textures.
+    std::size_t part_count() const { return (std::max)(parts.size(), std::size_t{1}); }
+    /// Part t for t < part_count(), and the end of the last one for t = part_count().
+    mesh_part part(std::size_t t) const {
+        if (t == part_count()) return {vertex_count(), triangle_count()};
+        return parts.empty() ? mesh_part{} : parts[t];
+    }
+    /// Whether anything has texture t.
+    bool uses_texture(std::size_t t) const {
+        return part(t).first_triangle < part(t + 1).first_triangle || (t == 0 && !soft_edges.triangles.empty());
+    }
 };
+
+namespace detail {
+
+/// Raises mismatch where a mesh has another number of textures, invalid_data where its parts or their triangles don't fit
+/// together.
+inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
+    if (mesh.part_count() != textures)
+        raise(error_code::mismatch, "mesh", std::to_string(mesh.part_count()) + " textures", std::to_string(textures));
+    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+        const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
+        if (first.first_vertex > last.first_vertex || first.first_triangle > last.first_triangle ||
+            (t == 0 && (first.first_vertex != 0 || first.first_triangle != 0)))
+            raise(error_code::invalid_data, "mesh", "parts one after the other, from the first vertex to the last",
+                  "part " + std::to_string(t));
+        for (std::size_t i = 3 * first.first_triangle; i < 3 * last.first_triangle; ++i)
+            if (mesh.triangles[i] < first.first_vertex || mesh.triangles[i] >= last.first_vertex)
+                raise(error_code::invalid_data, "mesh", "triangles of their part's vertices",
+                      "vertex " + std::to_string(mesh.triangles[i]) + " in part " + std::to_string(t));
+    }
+}
+
+}  // namespace detail
 
 }  // namespace ldi

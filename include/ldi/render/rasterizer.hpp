@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -35,15 +36,23 @@ struct rendering {
     image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
 };
 
-/// Draws a mesh with its texture, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
 /// edges are laid over what is behind them, and neither have depth nor cover anything.
 ///
-/// texture  H x W x 3; its first row is at texture coordinate v = 0. Coordinates beyond [0, 1] repeat the rim.
-/// Raises mismatch or invalid_data if the mesh or the texture is malformed, invalid_option or too_large for the options and the
+/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
+///           repeat the rim
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
 /// view (the larger side times samples may be 2^19).
 template <executor Executor = const serial_executor>
-rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options = {}, Executor&& threads = {});
+
+/// The same of a mesh with one texture.
+template <executor Executor = const serial_executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options = {}, Executor&& threads = {}) {
+    return rasterize(mesh, std::span(&texture, 1), from, options, threads);
+}
 
 namespace detail {
 
@@ -63,13 +72,16 @@ void check_triangles(const Mesh& mesh) {
             if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
 }
 
-inline void check_drawable(const textured_mesh& mesh, const image<std::uint8_t>& texture) {
+inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
     check_triangles(mesh);
     check_triangles(mesh.soft_edges);
-    if (texture.channels() != 3 || texture.size() == 0)
+    check_parts(mesh, textures.size());
+    for (const image<std::uint8_t>& texture : textures) {
+        if (texture.channels() == 3 && texture.size() > 0) continue;
         raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
               std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
                   std::to_string(texture.channels()));
+    }
 }
 
 inline void check_raster_options(const view& from, const raster_options& options) {
@@ -238,14 +250,19 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
 }  // namespace detail
 
 template <executor Executor>
-rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
                     const raster_options& options, Executor&& threads) {
-    detail::check_drawable(mesh, texture);
+    detail::check_drawable(mesh, textures);
     detail::check_raster_options(from, options);
     buffer<detail::screen_triangle> triangles;
     triangles.reserve(mesh.triangle_count());
     const detail::projection projection(from, options.samples, options.z_near);
-    for (std::size_t i = 0; i < mesh.triangle_count(); ++i) projection.append(mesh, i, options.both_sides, triangles);
+    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+        for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
+            projection.append(mesh, i, options.both_sides, triangles);
+        last_of_part.push_back(triangles.count());
+    }
     const std::int32_t opaque = triangles.count();
     const soft_edge_strip& strip = mesh.soft_edges;
     for (std::size_t i = 0; i < strip.triangles.size() / 3; ++i) projection.append(strip, i, options.both_sides, triangles);
@@ -257,7 +274,11 @@ rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& textur
             return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
         },
         [&](std::int32_t i, detail::sample_band& band) {
-            const auto shade = [&](double u, double v) { return detail::bilinear(texture, u, v); };
+            const std::size_t part =
+                i < opaque ? static_cast<std::size_t>(std::upper_bound(last_of_part.begin(), last_of_part.end(), i) -
+                                                      last_of_part.begin())
+                           : 0;
+            const auto shade = [&](double u, double v) { return detail::bilinear(textures[part], u, v); };
             if (i < opaque)
                 band.draw(triangles[i], shade);
             else

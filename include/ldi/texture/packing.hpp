@@ -1,5 +1,5 @@
-// Packs rectangles into one sheet: a tree that splits free rectangles (paper, section "Texture Atlas Generation", Packing; after
-// blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
+// Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
+// Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -163,6 +163,40 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
         raise(error_code::too_large, "pack", "a sheet with sides of at most " + std::to_string(max_side),
               std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
     return best;
+}
+
+/// The place of each rectangle on one of several sheets, and how much of each sheet is used.
+struct sheet_packing {
+    buffer<rectangle_size> sheets;
+    buffer<std::int32_t> sheet_of;     ///< one per rectangle, in the caller's order
+    buffer<rectangle_corner> corners;  ///< the same
+};
+
+/// Packs all rectangles, each at least 1 x 1, into as few sheets as it finds room on, the largest first. Raises
+/// error_code::too_large for a rectangle that is larger than a sheet.
+inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::int32_t max_side) {
+    sheet_packing packed;
+    packed.sheet_of.resize(sizes.size()), packed.corners.resize(sizes.size());
+    buffer<packing_tree> trees;
+    for (const std::size_t i : detail::packing_order(sizes)) {
+        const rectangle_size size = sizes[i];
+        LDI_ASSERT(size.width > 0 && size.height > 0);
+        if (size.width > max_side || size.height > max_side)
+            raise(error_code::too_large, "pack_on_sheets", "rectangles with sides of at most " + std::to_string(max_side),
+                  std::to_string(size.width) + " x " + std::to_string(size.height));
+        std::size_t sheet = 0;
+        while (sheet < trees.size() && !trees[sheet].insert(size, packed.corners[i])) ++sheet;
+        if (sheet == trees.size()) {
+            trees.emplace_back(rectangle_size{max_side, max_side});
+            trees.back().insert(size, packed.corners[i]);
+            packed.sheets.emplace_back();
+        }
+        packed.sheet_of[i] = static_cast<std::int32_t>(sheet);
+        rectangle_size& used = packed.sheets[sheet];
+        used.width = (std::max)(used.width, packed.corners[i].x + size.width);
+        used.height = (std::max)(used.height, packed.corners[i].y + size.height);
+    }
+    return packed;
 }
 
 }  // namespace ldi

@@ -48,45 +48,80 @@ private:
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
-/// The columns of a mesh or strip as they stand in the file, in an order that aligns each to its scalars without padding.
-template <class Mesh>
+/// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
+/// without padding.
 struct geometry {
-    const Mesh& mesh;
-    std::array<double, 3> lowest, highest;  ///< of positions
+    std::span<const float> positions, texture_coordinates;
+    std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
+    std::span<const std::uint32_t> triangles;
+    std::uint32_t first_vertex = 0;  ///< that triangles count from
+    std::size_t texture = 0;
+    std::array<double, 3> lowest{}, highest{};  ///< of positions
 
-    explicit geometry(const Mesh& m) : mesh(m) {
+    std::size_t vertex_count() const { return positions.size() / 3; }
+    bool is_strip() const { return !opacity.empty(); }
+    bool has_short_indices() const { return vertex_count() < 65536; }  // the index 65,535 itself is reserved, and not reached
+    std::size_t position_bytes() const { return positions.size_bytes(); }
+    std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
+    std::size_t color_bytes() const { return opacity.size() * 4; }
+    std::size_t index_bytes() const {
+        return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
+    }
+    /// After which the next geometry begins at a multiple of 4.
+    std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
+
+    void find_extent() {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         lowest.fill(infinity), highest.fill(-infinity);
-        for (std::size_t i = 0; i < m.positions.size(); ++i) {
-            const double p = double{m.positions[i]};
+        for (std::size_t i = 0; i < positions.size(); ++i) {
+            const double p = double{positions[i]};
             lowest[i % 3] = (std::min)(lowest[i % 3], p), highest[i % 3] = (std::max)(highest[i % 3], p);
         }
     }
-
-    static constexpr bool has_opacity = requires(const Mesh& m) { m.opacity; };
-    bool has_short_indices() const {
-        return mesh.vertex_count() < 65536;
-    }  // the index 65,535 itself is reserved, and not reached
-    std::size_t position_bytes() const { return mesh.positions.size() * sizeof(float); }
-    std::size_t coordinate_bytes() const { return mesh.texture_coordinates.size() * sizeof(std::uint16_t); }
-    std::size_t color_bytes() const { return has_opacity ? mesh.vertex_count() * 4 : 0; }
-    std::size_t index_bytes() const {
-        return mesh.triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
-    }
-    /// After which the next geometry begins at a multiple of 4.
-    std::size_t padding() const { return has_short_indices() && mesh.triangles.size() % 2 == 1 ? 2 : 0; }
-    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
 };
 
-/// What is in the binary chunk: the mesh, the strip if there is one, and the texture.
+/// What is in the binary chunk: the parts of the mesh that have triangles, the strip if there is one, and the textures that these
+/// have.
 struct contents {
-    geometry<textured_mesh> mesh;
-    geometry<soft_edge_strip> strip;
-    std::span<const std::byte> texture;
+    buffer<geometry> parts;
+    buffer<std::span<const std::byte>> textures;
 
-    bool has_strip() const { return !strip.mesh.triangles.empty(); }
-    std::size_t padding() const { return has_strip() ? mesh.padding() : 0; }
-    std::size_t bytes() const { return mesh.bytes() + padding() + (has_strip() ? strip.bytes() : 0) + texture.size(); }
+    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures) {
+        const auto add = [&](geometry part, std::size_t texture) {
+            if (part.triangles.empty()) return;
+            part.texture = texture;
+            part.find_extent();
+            parts.push_back(part);
+        };
+        const std::span<const float> positions(mesh.positions), coordinates(mesh.texture_coordinates);
+        const std::span<const std::uint32_t> triangles(mesh.triangles);
+        for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+            if (!mesh.uses_texture(t)) continue;
+            const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
+            const std::size_t vertex_count = last.first_vertex - first.first_vertex;
+            add({positions.subspan(3 * first.first_vertex, 3 * vertex_count),
+                 coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
+                 {},
+                 triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
+                 static_cast<std::uint32_t>(first.first_vertex)},
+                textures.size());
+            textures.push_back(all_textures[t]);
+        }
+        const soft_edge_strip& strip = mesh.soft_edges;
+        add({strip.positions, strip.texture_coordinates, strip.opacity, strip.triangles}, 0);
+    }
+
+    bool has_strip() const { return parts.back().is_strip(); }
+    std::size_t padding(std::size_t part) const { return part + 1 < parts.size() ? parts[part].padding() : 0; }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (std::size_t i = 0; i < parts.size(); ++i) sum += parts[i].bytes() + padding(i);
+        for (const std::span<const std::byte>& texture : textures) sum += texture.size();
+        return sum;
+    }
+    /// The number of a texture's view: those of geometry come first.
+    std::size_t view_of_texture(std::size_t texture) const { return 3 * parts.size() + (has_strip() ? 1 : 0) + texture; }
 };
 
 /// The views of the file's only buffer, one after the other.
@@ -110,29 +145,30 @@ private:
 };
 
 /// Accessors have the numbers of their views.
-template <class Mesh>
-void add_accessors(json_text& json, view_list& views, const geometry<Mesh>& g, std::size_t padding) {
-    const std::size_t count = g.mesh.vertex_count();
+inline void add_accessors(json_text& json, view_list& views, const geometry& g, std::size_t padding) {
+    const std::size_t count = g.vertex_count();
     json.add(R"({"bufferView":)", views.add(g.position_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
              count);
     json.add(R"(,"max":)", g.highest, R"(,"min":)", g.lowest, R"(,"type":"VEC3"},)");
     json.add(R"({"bufferView":)", views.add(g.coordinate_bytes(), vertices), R"(,"componentType":)", unsigned_short);
     json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC2"},)");
-    if constexpr (geometry<Mesh>::has_opacity) {
+    if (g.is_strip()) {
         json.add(R"({"bufferView":)", views.add(g.color_bytes(), vertices), R"(,"componentType":)", unsigned_byte);
         json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC4"},)");
     }
     json.add(R"({"bufferView":)", views.add(g.index_bytes(), indices, padding), R"(,"componentType":)",
              g.has_short_indices() ? unsigned_short : unsigned_int);
-    json.add(R"(,"count":)", g.mesh.triangles.size(), R"(,"type":"SCALAR"})");
+    json.add(R"(,"count":)", g.triangles.size(), R"(,"type":"SCALAR"})");
 }
 
 inline void add_accessors_and_views(json_text& json, const contents& c) {
     view_list views;
     json.add(R"("accessors":[)");
-    add_accessors(json, views, c.mesh, c.padding());
-    if (c.has_strip()) json.add(","), add_accessors(json, views, c.strip, 0);
-    views.add(c.texture.size(), 0);
+    for (std::size_t i = 0; i < c.parts.size(); ++i) {
+        if (i > 0) json.add(",");
+        add_accessors(json, views, c.parts[i], c.padding(i));
+    }
+    for (const std::span<const std::byte>& texture : c.textures) views.add(texture.size(), 0);
     json.add(R"(],"asset":{"generator":"ldi )", LDI_VERSION_MAJOR, ".", LDI_VERSION_MINOR, ".", LDI_VERSION_PATCH);
     json.add(R"(","version":"2.0"},"bufferViews":[)", views.text(), R"(],"buffers":[{"byteLength":)", views.bytes(), "}],");
 }

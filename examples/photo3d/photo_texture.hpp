@@ -1,0 +1,100 @@
+// What a 3D photo is covered with: its atlas, and where it is to show more of the photo than was worked on, sheets of the photo's
+// own size (`photo3d --size`).
+#pragma once
+
+#include <ldi/core/image.hpp>
+#include <ldi/mesh/move_to_sheets.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/render/rasterizer.hpp>
+#include <ldi/texture/sheets.hpp>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace ldi::examples {
+
+/// Whether a photo is to be shown larger than it is worked on.
+inline bool needs_sheets(image_view<const std::uint8_t> photo, std::size_t shown_side, std::size_t worked_side) {
+    return std::min(shown_side, std::max(photo.height(), photo.width())) > worked_side;
+}
+
+class photo_texture {
+public:
+    /// made         by options of for_sheets(), where it needs them
+    /// photo        that it was made of; must live as long as this
+    /// shown_side   the long side that the photo is shrunk to, if it is larger
+    /// worked_side  the same for what it was made of
+    template <executor Executor>
+    photo_texture(const photo3d& made, image_view<const std::uint8_t> photo, std::size_t shown_side, std::size_t worked_side,
+                  Executor& threads)
+        : made_(made), photo_(made.photo) {
+        if (!needs_sheets(photo, shown_side, worked_side)) return;
+#if defined(__GLIBC__)
+        malloc_trim(0);  // what the stages have given back lies in pieces that sheets don't fit in
+#endif
+        photo_ = photo;
+        if (shown_side < std::max(photo.height(), photo.width())) {
+            shrunk_ = ldi::detail::shrink_photo(photo, shown_side, threads);
+            photo_ = shrunk_;
+        }
+        layout_ = lay_out_sheets(made.layers, made.charts, made.atlas, photo_.height(), photo_.width());
+        on_sheets_ = move_to_sheets(made.mesh, made.charts, made.atlas, *layout_);
+    }
+    photo_texture(const photo_texture&) = delete;
+    photo_texture& operator=(const photo_texture&) = delete;
+
+    /// The mesh with all textures.
+    const textured_mesh& mesh() const { return layout_ ? on_sheets_ : made_.mesh; }
+    /// The number of textures.
+    std::size_t count() const { return mesh().part_count(); }
+    /// Of the photo that is shown.
+    std::size_t height() const { return photo_.height(); }
+    std::size_t width() const { return photo_.width(); }
+
+    /// Calls `use(number, picture)` for one texture after the other, of which no two are in memory at once.
+    template <class Use, executor Executor>
+    void for_each(Use&& use, Executor& threads) const {
+        use(std::size_t{0}, made_.atlas.color);
+        for (std::size_t i = 1; i < count(); ++i) use(i, sheet(i, threads));
+    }
+
+    /// The 3D photo from somewhere, with as much of the texture as a picture of that size shows.
+    template <executor Executor>
+    rendering draw(const view& from, const raster_options& options, Executor& threads) {
+        if (!layout_ || (from.camera.width <= made_.layers.camera.width && from.camera.height <= made_.layers.camera.height))
+            return rasterize(made_.mesh, made_.atlas.color, from, options, threads);
+        if (drawn_.empty())
+            for_each([&](std::size_t, const image<std::uint8_t>& picture) { drawn_.push_back(picture); }, threads);
+        return rasterize(on_sheets_, drawn_, from, options, threads);
+    }
+
+    /// The camera that took the photo, with as many pixels as are shown.
+    pinhole_camera camera() const {
+        pinhole_camera shown = made_.layers.camera;
+        shown.focal_length *= static_cast<float>(width()) / static_cast<float>(shown.width);
+        shown.width = static_cast<std::int32_t>(width()), shown.height = static_cast<std::int32_t>(height());
+        return shown;
+    }
+
+private:
+    template <executor Executor>
+    image<std::uint8_t> sheet(std::size_t i, Executor& threads) const {
+        return draw_sheet(*layout_, i, made_.charts, made_.atlas, made_.photo, photo_, threads);
+    }
+
+    const photo3d& made_;
+    image<std::uint8_t> shrunk_;
+    image_view<const std::uint8_t> photo_;
+    std::optional<sheet_layout> layout_;  // none: the atlas is the only texture
+    textured_mesh on_sheets_;
+    std::vector<image<std::uint8_t>> drawn_;  // for pictures
+};
+
+}  // namespace ldi::examples

@@ -1,0 +1,90 @@
+// The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
+// texture coordinates.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/charts/charts.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/texture/atlas.hpp>
+#include <ldi/texture/sheet_layout.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Texture coordinates on the sheets.
+class sheet_coordinates {
+public:
+    sheet_coordinates(const chart_set& charts, const texture_atlas& atlas, const sheet_layout& layout)
+        : charts_(charts), atlas_(atlas), layout_(layout) {}
+
+    /// chart          that the vertex belongs to
+    /// u, v           in the atlas
+    std::array<float, 2> moved(std::int32_t chart, float u, float v) const {
+        const sheet_placement& place = layout_.placements[chart];
+        if (place.sheet == 0) return {u, v};
+        const ldi::chart& shape = charts_.charts[chart];
+        const chart_placement from = atlas_.placements[chart];
+        const rectangle_size size = layout_.sizes[place.sheet];
+        const double x = double{u} * nearest_double(atlas_.color.width()) - from.x + shape.x;
+        const double y = double{v} * nearest_double(atlas_.color.height()) - from.y + shape.y;
+        return {on_sheet(layout_.across.in_photo(x) - place.photo_x + place.room.x, size.width),
+                on_sheet(layout_.down.in_photo(y) - place.photo_y + place.room.y, size.height)};
+    }
+
+private:
+    static float on_sheet(double texels, std::int32_t length) {
+        return static_cast<float>(std::clamp(texels / length, 0.0, 1.0));
+    }
+
+    const chart_set& charts_;
+    const texture_atlas& atlas_;
+    const sheet_layout& layout_;
+};
+
+}  // namespace detail
+
+/// mesh    of these charts and this atlas (build_mesh)
+/// layout  for the same (lay_out_sheets); the result has a part for each of its sizes
+/// Raises mismatch where they don't fit together. Vertices of a part, and its triangles, stay in their order.
+inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& charts, const texture_atlas& atlas,
+                                    const sheet_layout& layout) {
+    if (!mesh.parts.empty() || mesh.pixels.size() != mesh.vertex_count() || atlas.placements.size() != charts.charts.size() ||
+        layout.placements.size() != charts.charts.size() || layout.sizes.empty())
+        raise(error_code::mismatch, "move_to_sheets", "a mesh of one texture, and a layout for its charts", "others");
+    const detail::sheet_coordinates coordinates(charts, atlas, layout);
+    const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
+    const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
+
+    textured_mesh moved;
+    buffer<std::uint32_t> place(mesh.vertex_count());
+    for (std::size_t sheet = 0; sheet < layout.sizes.size(); ++sheet) {
+        moved.parts.push_back({moved.vertex_count(), moved.triangle_count()});
+        for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+            if (sheet_of(v) != sheet) continue;
+            place[v] = static_cast<std::uint32_t>(moved.vertex_count());
+            const float* const position = mesh.positions.data() + 3 * v;
+            moved.positions.append(position, position + 3);
+            const std::array<float, 2> uv =
+                coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
+            moved.texture_coordinates.append(uv.begin(), uv.end());
+            moved.pixels.push_back(mesh.pixels[v]);
+        }
+        for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+            if (sheet_of(mesh.triangles[i]) != sheet) continue;
+            for (std::size_t k = 0; k < 3; ++k) moved.triangles.push_back(place[mesh.triangles[i + k]]);
+        }
+    }
+    moved.soft_edges = mesh.soft_edges;
+    return moved;
+}
+
+}  // namespace ldi

@@ -1,0 +1,114 @@
+// Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/charts/charts.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/texture/atlas.hpp>
+#include <ldi/texture/padding.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Where the color of what lies in a pixel of the layered image comes from.
+enum class sheet_source : std::uint8_t {
+    atlas,
+    photo,
+    cleaned,  ///< the photo without what it has of the surface beside
+};
+
+/// The sources of a chart's pixels, and of those up to `padding` around its bounding box. Places count from the first of these.
+class sheet_sources {
+public:
+    sheet_sources(const chart& shape, const texture_atlas& atlas, chart_placement in_atlas, std::int32_t padding,
+                  image_view<const std::uint8_t> worked_on)
+        : left_(shape.x - padding),
+          top_(shape.y - padding),
+          atlas_left_(in_atlas.x - padding),
+          atlas_top_(in_atlas.y - padding),
+          width_(shape.width + 2 * padding),
+          height_(shape.height + 2 * padding),
+          atlas_(atlas),
+          worked_on_(worked_on),
+          found_(static_cast<std::size_t>(height_), static_cast<std::size_t>(width_), 1, sheet_source::atlas) {
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x) found_(y, x) = own_source(x, y);
+        guard_borders();
+    }
+
+    sheet_source at(std::int32_t x, std::int32_t y) const {
+        return x >= 0 && y >= 0 && x < width_ && y < height_ ? found_(y, x) : sheet_source::atlas;
+    }
+
+    /// The color of the surface that the photo may mix in there: of all in reach that are not this chart's, the most different.
+    std::array<float, 3> color_beside(std::int32_t x, std::int32_t y) const {
+        const std::uint8_t* const own = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
+        std::array<float, 3> color{nearest_float(own[0]), nearest_float(own[1]), nearest_float(own[2])};
+        int largest = 0;
+        for (std::int32_t v = (std::max)(y - reach, 0); v <= (std::min)(y + reach, height_ - 1); ++v)
+            for (std::int32_t u = (std::max)(x - reach, 0); u <= (std::min)(x + reach, width_ - 1); ++u) {
+                if (own_source(u, v) == sheet_source::photo || !is_in_photo(u, v)) continue;
+                const std::uint8_t* const other = in_photo(u, v);
+                int difference = 0;
+                for (std::size_t c = 0; c < 3; ++c) difference += (other[c] - own[c]) * (other[c] - own[c]);
+                if (difference <= largest) continue;
+                largest = difference;
+                color = {nearest_float(other[0]), nearest_float(other[1]), nearest_float(other[2])};
+            }
+        return color;
+    }
+
+private:
+    /// Within so many pixels of where its surface ends, or its color is not the photo's, a pixel that looks unmixed may have a
+    /// rim of another surface: at its own size the photo shows that. By trial.
+    static constexpr std::int32_t guarded = 2;
+    /// And within so many that other surface is in sight.
+    static constexpr std::int32_t reach = 3;
+
+    bool is_in_photo(std::int32_t x, std::int32_t y) const {
+        return left_ + x >= 0 && top_ + y >= 0 && left_ + x < static_cast<std::int32_t>(worked_on_.width()) &&
+               top_ + y < static_cast<std::int32_t>(worked_on_.height());
+    }
+    const std::uint8_t* in_photo(std::int32_t x, std::int32_t y) const {
+        return worked_on_.row(top_ + y) + 3 * std::ptrdiff_t{left_ + x};
+    }
+
+    /// By the pixel alone.
+    sheet_source own_source(std::int32_t x, std::int32_t y) const {
+        if (!is_in_photo(x, y)) return sheet_source::atlas;
+        const texel_kind kind = atlas_.kind(atlas_top_ + y, atlas_left_ + x);
+        const std::uint8_t* const in_atlas = atlas_.color.row(atlas_top_ + y) + 3 * std::ptrdiff_t{atlas_left_ + x};
+        const bool is_same = std::equal(in_atlas, in_atlas + 3, in_photo(x, y));
+        if (is_same && (kind == texel_kind::photo || kind == texel_kind::copied)) return sheet_source::photo;
+        return kind == texel_kind::photo || kind == texel_kind::refilled ? sheet_source::cleaned : sheet_source::atlas;
+    }
+
+    /// Looks along rows, then along columns.
+    void guard_borders() {
+        image<std::uint8_t> beside(found_.height(), found_.width());  // 1: one of the row, within reach, is not the photo's
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x)
+                if (found_(y, x) != sheet_source::photo && is_in_photo(x, y))
+                    for (std::int32_t u = (std::max)(x - guarded, 0); u <= (std::min)(x + guarded, width_ - 1); ++u)
+                        beside(y, u) = 1;
+        for (std::int32_t y = 0; y < height_; ++y)
+            for (std::int32_t x = 0; x < width_; ++x) {
+                if (beside(y, x) == 0) continue;
+                for (std::int32_t v = (std::max)(y - guarded, 0); v <= (std::min)(y + guarded, height_ - 1); ++v)
+                    if (found_(v, x) == sheet_source::photo) found_(v, x) = sheet_source::cleaned;
+            }
+    }
+
+    std::int32_t left_, top_, atlas_left_, atlas_top_, width_, height_;
+    const texture_atlas& atlas_;
+    image_view<const std::uint8_t> worked_on_;
+    image<sheet_source> found_;
+};
+
+}  // namespace ldi::detail

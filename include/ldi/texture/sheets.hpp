@@ -1,0 +1,146 @@
+// The photo at its own size as texture. Depth is coarser than a photo, and so a layered image need not be as large as one: what
+// is counted in its pixels, time and memory, would grow with no gain. Colors need not be as coarse. Here the charts that show the
+// photo are drawn anew, on sheets of their own, with a texel for each pixel of the photo; the atlas stays the texture of the
+// charts that are hidden as a whole, and of soft edges. A sheet is drawn when it is asked for, so that only one need be in
+// memory.
+//
+//     made = make_photo3d(photo, estimator, inpainter, for_sheets(options, photo.height(), photo.width()));   // photo3d.hpp
+//     const sheet_layout layout = lay_out_sheets(made.layers, made.charts, made.atlas, photo.height(), photo.width());
+//     const textured_mesh mesh = move_to_sheets(made.mesh, made.charts, made.atlas, layout);   // mesh/move_to_sheets.hpp
+//     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
+//     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/base/executor.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/charts/charts.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/texture/atlas.hpp>
+#include <ldi/texture/detail/sheet_painter.hpp>
+#include <ldi/texture/packing.hpp>
+#include <ldi/texture/sheet_layout.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// Raises mismatch if the atlas has no such padding around a chart.
+inline void check_padding(const chart& shape, chart_placement in_atlas, const texture_atlas& atlas, std::int32_t padding) {
+    const std::int64_t right = std::int64_t{in_atlas.x} + shape.width + padding,
+                       bottom = std::int64_t{in_atlas.y} + shape.height + padding;
+    if (in_atlas.x < padding || in_atlas.y < padding || right > static_cast<std::int64_t>(atlas.kind.width()) ||
+        bottom > static_cast<std::int64_t>(atlas.kind.height()))
+        raise(error_code::mismatch, "sheets", "an atlas of these charts with a padding of " + std::to_string(padding), "another");
+}
+
+}  // namespace detail
+
+/// The largest chart_options::max_side with which every chart finds room on a sheet.
+///
+/// scale  pixels of the photo per pixel of the layered image, the larger of both directions
+/// Raises too_large if there is none.
+inline std::int32_t largest_chart_side(double scale, const sheet_options& options = {}) {
+    // Ends within a texel are rounded outwards.
+    const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
+    if (!(side >= 16))
+        raise(error_code::too_large, "largest_chart_side",
+              "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side), std::to_string(scale));
+    return static_cast<std::int32_t>((std::min)(side, 1e6));
+}
+
+/// Gives every chart with a pixel that the photo shows room on a sheet, as large as the photo.
+///
+/// layers         known_column tells which pixels the photo shows
+/// charts, atlas  of these layers
+/// photo_height, photo_width  of the photo that sheets will show
+/// Raises invalid_option, mismatch for another atlas, and too_large for a chart that fits on no sheet.
+template <has_columns<known_column> Layers>
+sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const texture_atlas& atlas, std::size_t photo_height,
+                            std::size_t photo_width, const sheet_options& options = {}) {
+    if (options.max_side < macroblock_side || options.max_side % macroblock_side != 0 || options.padding < 1)
+        raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
+              std::to_string(options.max_side) + " and " + std::to_string(options.padding));
+    const graph& g = layers.topology;
+    if (atlas.placements.size() != charts.charts.size())
+        raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
+    LDI_ASSERT(photo_height > 0 && photo_width > 0 && g.width > 0 && g.height > 0);
+    sheet_layout layout;
+    layout.padding = options.padding;
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height};
+    layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
+    layout.placements.resize(charts.charts.size());
+
+    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    buffer<rectangle_size> blocks;
+    buffer<std::int32_t> enlarged;
+    for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
+        const chart& shape = charts.charts[c];
+        detail::check_padding(shape, atlas.placements[c], atlas, options.padding);
+        if (std::none_of(shape.pixels.begin(), shape.pixels.end(), [&](std::int32_t pixel) { return known[pixel] != 0; }))
+            continue;
+        sheet_placement& place = layout.placements[c];
+        place.photo_x = layout.across.first_at(shape.x - options.padding);
+        place.photo_y = layout.down.first_at(shape.y - options.padding);
+        const auto blocks_to = [&](std::int32_t length) { return (length + macroblock_side - 1) / macroblock_side; };
+        blocks.push_back({blocks_to(layout.across.last_at(shape.x + shape.width + options.padding) - place.photo_x),
+                          blocks_to(layout.down.last_at(shape.y + shape.height + options.padding) - place.photo_y)});
+        enlarged.push_back(c);
+    }
+    const sheet_packing packed = pack_on_sheets(blocks, options.max_side / macroblock_side);
+    for (const rectangle_size& used : packed.sheets)
+        layout.sizes.push_back({used.width * macroblock_side, used.height * macroblock_side});
+    for (std::int32_t i = 0; i < enlarged.count(); ++i) {
+        sheet_placement& place = layout.placements[enlarged[i]];
+        place.sheet = packed.sheet_of[i] + 1;
+        place.room = {packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
+                      blocks[i].width * macroblock_side, blocks[i].height * macroblock_side};
+    }
+    return layout;
+}
+
+/// Draws a sheet, H x W x 3, gray where no chart is. A texel in a pixel of the layered image that has the photo's color is the
+/// photo's own, unchanged. Beside silhouettes and where colors were changed it is the photo's without what that has of the other
+/// surface; where the photo shows something else, the atlas's color, smoothly enlarged.
+///
+/// sheet          1 to layout.sizes.size() - 1
+/// charts, atlas  that the sheets were laid out for
+/// worked_on      the photo as the layered image was made from, of its size
+/// photo          the same photo, of the size that the sheets were laid out for
+/// Raises mismatch where inputs don't fit together.
+template <executor Executor = const serial_executor>
+image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, const chart_set& charts, const texture_atlas& atlas,
+                               image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo,
+                               Executor&& threads = {}) {
+    const auto is_of = [](image_view<const std::uint8_t> picture, std::int64_t height, std::int64_t width) {
+        return picture.channels() == 3 && static_cast<std::int64_t>(picture.height()) == height &&
+               static_cast<std::int64_t>(picture.width()) == width;
+    };
+    if (sheet < 1 || sheet >= layout.sizes.size() || layout.placements.size() != charts.charts.size() ||
+        atlas.placements.size() != charts.charts.size() || !is_of(photo, layout.down.photo, layout.across.photo) ||
+        !is_of(worked_on, layout.down.layers, layout.across.layers))
+        raise(error_code::mismatch, "draw_sheet", "a sheet, charts and pictures that it was laid out for", "others");
+    const rectangle_size size = layout.sizes[sheet];
+    image<std::uint8_t> drawn(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width), 3, std::uint8_t{128});
+    for (std::size_t c = 0; c < charts.charts.size(); ++c) {
+        if (static_cast<std::size_t>(layout.placements[c].sheet) != sheet) continue;
+        detail::check_padding(charts.charts[c], atlas.placements[c], atlas, layout.padding);
+        const detail::sheet_painter painter(layout, charts.charts[c], layout.placements[c], atlas, atlas.placements[c], worked_on,
+                                            photo);
+        parallel_for(threads, painter.rows(), 32, [&](std::size_t first, std::size_t last) {
+            for (std::size_t y = first; y < last; ++y) painter.draw(static_cast<std::int32_t>(y), drawn);
+        });
+    }
+    return drawn;
+}
+
+}  // namespace ldi

@@ -1,0 +1,253 @@
+#include <ldi/texture/sheets.hpp>
+
+#include "tests/texture/photo_scene.hpp"
+
+#include <ldi/kernels/area_resize.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+using namespace ldi;
+using namespace ldi::testing;
+
+/// A photo that was worked on smaller than it is, and its sheets.
+struct sheet_scene {
+    image<std::uint8_t> photo, worked_on;
+    photo_layers layers;
+    chart_set charts;
+    texture_atlas atlas;
+    sheet_options options;
+    sheet_layout layout;
+    std::vector<image<std::uint8_t>> sheets;  // sheet s at s - 1
+};
+
+/// disparity  of the size to work on
+template <class Executor>
+sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity, std::int32_t sheet_side, Executor&& threads) {
+    sheet_scene s;
+    s.worked_on = area_resize(photo, disparity.height(), disparity.width());
+    s.photo = std::move(photo);
+    s.layers = with_hidden_surfaces(lift(s.worked_on, disparity));
+    s.options.max_side = sheet_side;
+    const double scale = std::max(static_cast<double>(s.photo.width()) / static_cast<double>(disparity.width()),
+                                  static_cast<double>(s.photo.height()) / static_cast<double>(disparity.height()));
+    chart_options cut;
+    cut.max_side = std::min(cut.max_side, largest_chart_side(scale, s.options));
+    s.charts = make_charts(s.layers, cut);
+    s.atlas = make_atlas(s.layers, s.charts);
+    s.layout = lay_out_sheets(s.layers, s.charts, s.atlas, s.photo.height(), s.photo.width(), s.options);
+    for (std::size_t i = 1; i < s.layout.sizes.size(); ++i)
+        s.sheets.push_back(draw_sheet(s.layout, i, s.charts, s.atlas, s.worked_on, s.photo, threads));
+    return s;
+}
+
+image<std::uint8_t> noise(std::mt19937& random, std::size_t rows, std::size_t columns) {
+    image<std::uint8_t> photo(rows, columns, 3);
+    for (std::uint8_t& value : photo) value = static_cast<std::uint8_t>(random());
+    return photo;
+}
+
+/// Worked on at some ten thousand pixels; the photo is 1.01 to 6 times as high, and about as wide.
+sheet_scene random_sheet_scene(std::mt19937& random, const serial_executor& threads = {}) {
+    const std::size_t rows = 60 + random() % 60, columns = 60 + random() % 60;
+    const double scale = 1.01 + static_cast<double>(random() % 500) / 100;
+    const std::size_t photo_rows = static_cast<std::size_t>(scale * static_cast<double>(rows));
+    const std::size_t photo_columns = static_cast<std::size_t>(scale * static_cast<double>(columns)) + random() % 3;
+    return make_scene(noise(random, photo_rows, photo_columns), ldi::test::random_disparity(random, rows, columns),
+                      std::int32_t{256} + 16 * static_cast<std::int32_t>(random() % 16), threads);
+}
+
+/// The texel on its sheet that shows a pixel of the photo in chart c.
+const std::uint8_t* texel_of(const sheet_scene& s, std::int32_t c, std::int32_t photo_x, std::int32_t photo_y) {
+    const sheet_placement& place = s.layout.placements[c];
+    const std::int32_t x = photo_x - place.photo_x, y = photo_y - place.photo_y;
+    REQUIRE((x >= 0 && y >= 0 && x < place.room.width && y < place.room.height));
+    return s.sheets[static_cast<std::size_t>(place.sheet - 1)].row(place.room.y + y) + 3 * (place.room.x + x);
+}
+
+/// Calls visit(pixel, x, y) for all pixels of the photo whose middle lies in a pixel of the layered image with a place on a
+/// sheet.
+template <class Visit>
+void for_each_texel(const sheet_scene& s, Visit&& visit) {
+    const graph& g = s.layers.topology;
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        if (s.layout.placements[s.charts.chart_of[i]].sheet == 0) continue;
+        for (std::int32_t y = s.layout.down.first_at(g.y[i]); y < s.layout.down.last_at(g.y[i] + 1); ++y)
+            for (std::int32_t x = s.layout.across.first_at(g.x[i]); x < s.layout.across.last_at(g.x[i] + 1); ++x)
+                if (s.layout.across.pixel_of(x) == g.x[i] && s.layout.down.pixel_of(y) == g.y[i]) visit(i, x, y);
+    }
+}
+
+/// The texel of the atlas that shows a pixel, and those around it.
+struct atlas_place {
+    std::int32_t x, y;
+};
+atlas_place in_atlas(const sheet_scene& s, std::int32_t pixel) {
+    const std::int32_t c = s.charts.chart_of[pixel];
+    return {s.layers.topology.x[pixel] - s.charts.charts[c].x + s.atlas.placements[c].x,
+            s.layers.topology.y[pixel] - s.charts.charts[c].y + s.atlas.placements[c].y};
+}
+
+}  // namespace
+
+TEST_CASE("rooms lie on their sheets, share nothing, and charts that show nothing of the photo have none") {
+    std::mt19937 random(11);
+    for (int repeat = 0; repeat < 12; ++repeat) {
+        const sheet_scene s = random_sheet_scene(random);
+        REQUIRE(s.layout.sizes[0] == rectangle_size{static_cast<std::int32_t>(s.atlas.color.width()),
+                                                    static_cast<std::int32_t>(s.atlas.color.height())});
+        std::vector<image<std::uint8_t>> taken;
+        for (std::size_t i = 1; i < s.layout.sizes.size(); ++i) {
+            const rectangle_size size = s.layout.sizes[i];
+            REQUIRE((size.width % 16 == 0 && size.height % 16 == 0));
+            REQUIRE(std::max(size.width, size.height) <= s.options.max_side);
+            taken.emplace_back(static_cast<std::size_t>(size.height), static_cast<std::size_t>(size.width));
+        }
+        for (std::int32_t c = 0; c < s.charts.charts.count(); ++c) {
+            const buffer<std::int32_t>& pixels = s.charts.charts[c].pixels;
+            const bool shows_photo = std::any_of(pixels.begin(), pixels.end(),
+                                                 [&](std::int32_t i) { return s.layers.column<known_column>()[i] != 0; });
+            const sheet_placement& place = s.layout.placements[c];
+            REQUIRE((place.sheet > 0) == shows_photo);
+            if (place.sheet == 0) continue;
+            const atlas_rectangle room = place.room;
+            REQUIRE((room.x % 16 == 0 && room.y % 16 == 0 && room.width % 16 == 0 && room.height % 16 == 0));
+            for (std::int32_t y = room.y; y < room.y + room.height; ++y)
+                for (std::int32_t x = room.x; x < room.x + room.width; ++x)
+                    REQUIRE(++taken[static_cast<std::size_t>(place.sheet - 1)](y, x) == 1);
+        }
+    }
+}
+
+TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte") {
+    std::mt19937 random(12);
+    std::size_t compared = 0, all = 0;
+    for (int repeat = 0; repeat < 12; ++repeat) {
+        const sheet_scene s = random_sheet_scene(random);
+        // A pixel that has the photo's color, and two more on every side do.
+        const auto is_the_photos = [&](std::int32_t pixel) {
+            const graph& g = s.layers.topology;
+            const atlas_place at = in_atlas(s, pixel);
+            for (std::int32_t y = -2; y <= 2; ++y)
+                for (std::int32_t x = -2; x <= 2; ++x) {
+                    const std::int32_t u = g.x[pixel] + x, v = g.y[pixel] + y;
+                    if (u < 0 || v < 0 || u >= g.width || v >= g.height) continue;
+                    const texel_kind kind = s.atlas.kind(at.y + y, at.x + x);
+                    if (kind != texel_kind::photo && kind != texel_kind::copied) return false;
+                    if (!std::equal(s.worked_on.row(v) + 3 * u, s.worked_on.row(v) + 3 * u + 3,
+                                    s.atlas.color.row(at.y + y) + 3 * (at.x + x)))
+                        return false;
+                }
+            return true;
+        };
+        std::int32_t last = -1;
+        bool is_same = false;
+        for_each_texel(s, [&](std::int32_t pixel, std::int32_t x, std::int32_t y) {
+            if (pixel != last) is_same = is_the_photos(pixel), last = pixel;
+            ++all;
+            if (!is_same) return;
+            ++compared;
+            const std::uint8_t* const texel = texel_of(s, s.charts.chart_of[pixel], x, y);
+            REQUIRE(std::equal(texel, texel + 3, s.photo.row(y) + 3 * x));
+        });
+    }
+    CHECK(compared > all / 5);  // little of so small a photo is far from silhouettes
+}
+
+TEST_CASE("what is hidden has colors between those of the atlas around it") {
+    std::mt19937 random(13);
+    std::size_t compared = 0;
+    for (int repeat = 0; repeat < 6; ++repeat) {
+        const sheet_scene s = random_sheet_scene(random);
+        for_each_texel(s, [&](std::int32_t pixel, std::int32_t x, std::int32_t y) {
+            const atlas_place at = in_atlas(s, pixel);
+            if (s.atlas.kind(at.y, at.x) != texel_kind::occluded) return;
+            ++compared;
+            const std::uint8_t* const texel = texel_of(s, s.charts.chart_of[pixel], x, y);
+            for (std::size_t c = 0; c < 3; ++c) {
+                std::uint8_t least = 255, most = 0;
+                for (std::int32_t v = at.y - 1; v <= at.y + 1; ++v)
+                    for (std::int32_t u = at.x - 1; u <= at.x + 1; ++u)
+                        least = std::min(least, s.atlas.color(v, u, c)), most = std::max(most, s.atlas.color(v, u, c));
+                REQUIRE((texel[c] >= least && texel[c] <= most));
+            }
+        });
+    }
+    CHECK(compared > 1000);
+}
+
+TEST_CASE("of what the photo mixes at silhouettes next to nothing is left on the sheets") {
+    // A bright disc before a dark wall, both with texture, its rim smeared over six pixels of the photo.
+    constexpr std::size_t scale = 4, side = 120;
+    std::mt19937 random(14);
+    image<std::uint8_t> photo(scale * side, scale * side, 3);
+    image<float> disparity(side, side);
+    const auto distance = [](double x, double y, double of) { return std::hypot(x + 0.5 - of / 2, y + 0.5 - of / 2); };
+    for (std::size_t y = 0; y < scale * side; ++y)
+        for (std::size_t x = 0; x < scale * side; ++x) {
+            const double from_rim = distance(static_cast<double>(x), static_cast<double>(y), scale * side) - 0.3 * scale * side;
+            const double share = std::clamp(0.5 - from_rim / 6, 0.0, 1.0);
+            for (std::size_t c = 0; c < 3; ++c)
+                photo(y, x, c) = static_cast<std::uint8_t>(share * 200 + (1 - share) * 40 + static_cast<double>(random() % 20));
+        }
+    for (std::size_t y = 0; y < side; ++y)
+        for (std::size_t x = 0; x < side; ++x)
+            disparity(y, x) = distance(static_cast<double>(x), static_cast<double>(y), side) < 0.3 * side ? 0.8F : 0.2F;
+    const sheet_scene s = make_scene(std::move(photo), disparity, 1024, serial_executor());
+    std::size_t mixed_in_photo = 0, mixed = 0, all = 0;
+    for_each_texel(s, [&](std::int32_t pixel, std::int32_t x, std::int32_t y) {
+        const atlas_place at = in_atlas(s, pixel);
+        if (s.atlas.kind(at.y, at.x) == texel_kind::occluded) return;
+        const bool is_disc = s.layers.column<disparity_column>()[pixel] > 0.5F;
+        const auto is_mixed = [&](const std::uint8_t* color) { return is_disc ? color[1] < 180 : color[1] > 80; };
+        ++all;
+        mixed_in_photo += is_mixed(s.photo.row(y) + 3 * x) ? 1U : 0U;
+        mixed += is_mixed(texel_of(s, s.charts.chart_of[pixel], x, y)) ? 1U : 0U;
+    });
+    CAPTURE(all, mixed_in_photo, mixed);
+    CHECK(mixed_in_photo > 3000);
+    CHECK(mixed < mixed_in_photo / 50);
+}
+
+TEST_CASE("sheets are the same on any number of threads") {
+    std::mt19937 random(15);
+    const image<std::uint8_t> photo = noise(random, 350, 410);
+    const image<float> disparity = ldi::test::random_disparity(random, 80, 94);
+    const sheet_scene serial = make_scene(photo, disparity, 512, serial_executor());
+    thread_pool threads(4);
+    CHECK(make_scene(photo, disparity, 512, threads).sheets == serial.sheets);
+}
+
+TEST_CASE("what does not fit together, or on a sheet, is refused") {
+    std::mt19937 random(16);
+    const sheet_scene s = random_sheet_scene(random);
+    const auto code_of = [](auto&& call) {
+        try {
+            call();
+        } catch (const error& failure) {
+            return failure.code();
+        }
+        FAIL("accepted");
+        return error_code::invalid_data;
+    };
+    const auto lay_out = [&](std::int32_t side, std::int32_t padding, std::size_t times) {
+        lay_out_sheets(s.layers, s.charts, s.atlas, times * s.photo.height(), times * s.photo.width(), {side, padding});
+    };
+    CHECK(code_of([&] { lay_out(1000, 4, 1); }) == error_code::invalid_option);
+    CHECK(code_of([&] { lay_out(1024, 0, 1); }) == error_code::invalid_option);
+    CHECK(code_of([&] { lay_out(1024, 9, 1); }) == error_code::mismatch);  // the atlas has less
+    CHECK(code_of([&] { lay_out(1024, 4, 30); }) == error_code::too_large);
+    CHECK(code_of([&] { largest_chart_side(200); }) == error_code::too_large);
+    CHECK(largest_chart_side(1.0) > 4000);
+    const auto draw = [&](std::size_t sheet, image_view<const std::uint8_t> worked_on, image_view<const std::uint8_t> photo) {
+        draw_sheet(s.layout, sheet, s.charts, s.atlas, worked_on, photo);
+    };
+    CHECK(code_of([&] { draw(0, s.worked_on, s.photo); }) == error_code::mismatch);
+    CHECK(code_of([&] { draw(s.layout.sizes.size(), s.worked_on, s.photo); }) == error_code::mismatch);
+    CHECK(code_of([&] { draw(1, s.photo, s.photo); }) == error_code::mismatch);
+    CHECK(code_of([&] { draw(1, s.worked_on, s.worked_on); }) == error_code::mismatch);
+}
