@@ -11056,8 +11056,7 @@ public:
     static tensor_size network_size(tensor_size photo, std::size_t to = long_side) {
         const std::size_t longer = (std::max)(photo.height, photo.width);
         const auto side = [&](std::size_t length) {
-            const std::size_t scaled =
-                length == longer ? to : static_cast<std::size_t>(std::uint64_t{length} * to / longer);
+            const std::size_t scaled = length == longer ? to : static_cast<std::size_t>(std::uint64_t{length} * to / longer);
             return (std::max)(scaled / alignment * alignment, alignment);
         };
         return {side(photo.height), side(photo.width)};
