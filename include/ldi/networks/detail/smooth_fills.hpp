@@ -259,8 +259,8 @@ private:
         }
     }
 
-    /// What a pixel of level 0 has before its neighbors' colors are mixed in.
-    masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
+    /// Before neighbors' colors are mixed in. Inlined: in WebAssembly a call that exceptions may leave returns no vectors.
+    [[gnu::always_inline]] masked_color base_color(std::int32_t pixel, const masked_colors& fill_above) const {
         if (known_[pixel] != 0) return photo(pixel);
         const std::int32_t above = levels_[0].above[pixel];
         if (above != no_pixel && fill_above.has(above)) return fill_above[above];
