@@ -31,7 +31,10 @@ work=$(mktemp -d)
 clean_up() {
     [ -z "${KEEP:-}" ] || cp -r "$work" "$KEEP"
     local process
-    for process in "${!workers[@]}" "${collector:-}"; do [ -z "$process" ] || kill -KILL "$process" 2>/dev/null || true; done
+    # Waited for, or the shell would say, after the last line, that they were killed.
+    for process in "${!workers[@]}" "${collector:-}"; do
+        [ -z "$process" ] || { kill -KILL "$process" && wait "$process"; } 2>/dev/null || true
+    done
     remove_broker
     remove_s3
     rm -rf "$work"

@@ -57,6 +57,6 @@ s3_put() { s3_copy upload-file "$1"; }
 s3_get() { s3_copy output "$1"; }
 
 remove_s3() {
-    [ -z "${s3_server:-}" ] || kill -KILL "$s3_server" 2>/dev/null || true
+    [ -z "${s3_server:-}" ] || { kill -KILL "$s3_server" && wait "$s3_server"; } 2>/dev/null || true
     [ -z "${s3_namespace:-}" ] || ip netns delete "$s3_namespace" 2>/dev/null || true
 }
