@@ -500,7 +500,7 @@ public:
     }
 
 private:
-    // Built into compilers, which std::is_trivially_copyable_v is not: it would take a fifth of the time to parse ldi.
+    // Built into compilers: the standard library's traits instantiate several templates more for every type of value.
     static constexpr bool moves_as_bytes = __is_trivially_copyable(T);
     static constexpr std::size_t alignment = alignof(T) > buffer_alignment ? alignof(T) : buffer_alignment;
 
@@ -10700,7 +10700,7 @@ private:
                                                         : masked_color{};
     }
 
-    /// The average of all known colors: few surfaces are so far from any that they need it.
+    /// The average of all known colors, for surfaces that no link leads from to any.
     masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};
@@ -10906,31 +10906,7 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 
 }  // namespace ldi
 
-// ---- ldi/networks/detail/exponential.hpp
-// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
-// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
-// it.
-
-namespace ldi::inline LDI_CONFIGURATION::detail {
-
-/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
-inline float exponential(float x) {
-    const float power = std::nearbyint(x * 1.442695040888963407F);
-    float r = std::fma(power, -6.93145752e-1F, x);
-    r = std::fma(power, -1.42860677e-6F, r);
-    float numerator = 5.082762527590693718096e-04F;
-    for (float coefficient : {6.757896990527504603057e-03F, 5.114512081637298353406e-02F, 2.473615434895520810817e-01F,
-                              7.257664613233124478488e-01F, 9.999999999980870924916e-01F})
-        numerator = std::fma(numerator, r, coefficient);
-    float denominator = 2.159509375685829852307e-02F;
-    for (float coefficient : {-2.742335390411667452936e-01F, 1.000000000000000000000e+00F})
-        denominator = std::fma(denominator, r, coefficient);
-    return std::ldexp(numerator / denominator, static_cast<int>(power));
-}
-
-}  // namespace ldi::detail
-
-// ---- ldi/networks/detail/layout.hpp
+// ---- ldi/networks/detail/depth_layout.hpp
 // What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
 // the large one. (Miangoleh et al., Boosting Monocular Depth Estimation Models to High-Resolution via Content-Adaptive
 // Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
@@ -10938,6 +10914,7 @@ inline float exponential(float x) {
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
+/// H x W x C, left and right exchanged.
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -10947,7 +10924,7 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// Where a value of a longer or shorter row comes from: so much of sample `first`, and the rest of the next.
+/// The two neighboring samples of a row between which a value of a longer or shorter row lies.
 struct sample_place {
     std::size_t first, second;
     float share;  ///< of `second`
@@ -10976,7 +10953,7 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// The means of squares of `side` pixels, of which there is a whole number.
+/// The means of squares of `side` pixels. source  H x W x 1, both multiples of `side`; the result is H / side x W / side x 1.
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
@@ -10999,9 +10976,33 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
 
 }  // namespace ldi::detail
 
+// ---- ldi/networks/detail/exponential.hpp
+// exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
+// (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
+// it.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
+inline float exponential(float x) {
+    const float power = std::nearbyint(x * 1.442695040888963407F);
+    float r = std::fma(power, -6.93145752e-1F, x);
+    r = std::fma(power, -1.42860677e-6F, r);
+    float numerator = 5.082762527590693718096e-04F;
+    for (float coefficient : {6.757896990527504603057e-03F, 5.114512081637298353406e-02F, 2.473615434895520810817e-01F,
+                              7.257664613233124478488e-01F, 9.999999999980870924916e-01F})
+        numerator = std::fma(numerator, r, coefficient);
+    float denominator = 2.159509375685829852307e-02F;
+    for (float coefficient : {-2.742335390411667452936e-01F, 1.000000000000000000000e+00F})
+        denominator = std::fma(denominator, r, coefficient);
+    return std::ldexp(numerator / denominator, static_cast<int>(power));
+}
+
+}  // namespace ldi::detail
+
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
-// other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
+// other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -11027,7 +11028,9 @@ public:
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
+    /// sizes   at which disparity() shows a photo to the network
+    /// Raises an error if the network is not one that turns a color image into a single channel of the same size, or if a size is
+    /// no multiple of 32 up to 4096.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {

@@ -1,5 +1,5 @@
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
-// other that takes a photo at a long side of 384 to disparity at that size in 8 bits: examples/models has one. Build it from what
+// other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 #pragma once
 
@@ -11,8 +11,8 @@
 #include <ldi/base/progress.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/kernels/area_resize.hpp>
+#include <ldi/networks/detail/depth_layout.hpp>
 #include <ldi/networks/detail/exponential.hpp>
-#include <ldi/networks/detail/layout.hpp>
 #include <ldi/nn/dense/quantized_network.hpp>
 
 #include <algorithm>
@@ -47,7 +47,9 @@ public:
     static constexpr std::size_t alignment = 32;   ///< each side is a multiple of this: the network halves its input five times
 
     /// target  the instruction set to pack weights for; results do not depend on it
-    /// Raises an error if the network is not one that turns a color image into a single channel of the same size.
+    /// sizes   at which disparity() shows a photo to the network
+    /// Raises an error if the network is not one that turns a color image into a single channel of the same size, or if a size is
+    /// no multiple of 32 up to 4096.
     explicit tiefenrausch(const network_description& description, isa target = best_isa(),
                           network_output output = network_output::log_disparity, depth_network_sizes sizes = {})
         : network_(description, target), output_(output), sizes_(sizes) {

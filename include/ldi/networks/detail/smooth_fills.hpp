@@ -269,7 +269,7 @@ private:
                                                         : masked_color{};
     }
 
-    /// The average of all known colors: few surfaces are so far from any that they need it.
+    /// The average of all known colors, for surfaces that no link leads from to any.
     masked_color mean() {
         std::call_once(mean_is_known_, [&] {
             std::array<std::uint64_t, 3> sum{};

@@ -12,6 +12,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
+/// H x W x C, left and right exchanged.
 template <class T>
 image<T> mirrored(const image<T>& source) {
     image<T> result(source.height(), source.width(), source.channels(), unset);
@@ -21,7 +22,7 @@ image<T> mirrored(const image<T>& source) {
     return result;
 }
 
-/// Where a value of a longer or shorter row comes from: so much of sample `first`, and the rest of the next.
+/// The two neighboring samples of a row between which a value of a longer or shorter row lies.
 struct sample_place {
     std::size_t first, second;
     float share;  ///< of `second`
@@ -50,7 +51,7 @@ inline image<float> interpolated(const image<float>& source, std::size_t height,
     return result;
 }
 
-/// The means of squares of `side` pixels, of which there is a whole number.
+/// The means of squares of `side` pixels. source  H x W x 1, both multiples of `side`; the result is H / side x W / side x 1.
 inline image<float> square_means(const image<float>& source, std::size_t side) {
     image<float> result(source.height() / side, source.width() / side);
     for (std::size_t y = 0; y < source.height(); ++y)
