@@ -13,6 +13,8 @@ export PYTHONDONTWRITEBYTECODE=1
 setsid nohup nice -n 19 chrt -i 0 /usr/bin/python3 "$here/$recipe/train.py" --out "$folder" "$@" \
     >> "$folder/output.txt" 2>&1 < /dev/null &
 echo $! > "$folder/pid"
-# Linux shares out time between sessions first (autogroup), and setsid made one: niceness alone would only count within it.
+# Linux shares out time between sessions first (autogroup): niceness alone would only count within one. The training's is there as soon
+# as setsid has made it; until then the process is in ours, which must not become as patient.
+while [ -e "/proc/$!/autogroup" ] && cmp -s "/proc/$!/autogroup" /proc/self/autogroup; do sleep 0.1; done
 if [ -w "/proc/$!/autogroup" ]; then echo 19 > "/proc/$!/autogroup"; fi
 echo "process $(cat "$folder/pid"); see $folder/output.txt and $folder/log.tsv"

@@ -461,6 +461,12 @@ public:
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
+        if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
+            // In one call: bytes may alias the size, which a loop would count one by one.
+            if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
+            block_.size += static_cast<std::size_t>(last - first);
+            return;
+        }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
@@ -7741,7 +7747,8 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// One bit for each pixel. Bits outside are zero.
+/// One bit for each pixel. Bits outside are zero. (Shifts and masks stand for / 64 and % 64, which cost more where numbers are
+/// signed.)
 class pixel_bits {
 public:
     explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
@@ -7750,30 +7757,30 @@ public:
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
     std::uint64_t word(std::int32_t index) const { return words_[index + 1]; }
 
-    bool operator[](std::int32_t i) const { return (word(i / 64) >> (i % 64) & 1) != 0; }
+    bool operator[](std::int32_t i) const { return (word(i >> 6) >> (i & 63) & 1) != 0; }
 
     /// Bits i to i + 63; i from -64 to the last pixel.
     std::uint64_t from(std::int32_t i) const {
-        const std::int32_t at = i + 64, shift = at % 64;
-        const std::uint64_t low = words_[at / 64] >> shift;
-        return shift == 0 ? low : low | words_[at / 64 + 1] << (64 - shift);
+        const std::int32_t at = i + 64, shift = at & 63;
+        const std::uint64_t low = words_[at >> 6] >> shift;
+        return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
     /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - first % 64, last - first);
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
             const std::uint64_t bits = source.from(source_first) & ones(here);
-            word(first / 64) |= bits << (first % 64);
+            word(first >> 6) |= bits << (first & 63);
             first += here, source_first += here;
         }
     }
 
     void set(std::int32_t first, std::int32_t count, bool value) {
         for (const std::int32_t last = first + count; first < last;) {
-            const std::int32_t here = (std::min)(64 - first % 64, last - first);
-            const std::uint64_t bits = ones(here) << (first % 64);
-            word(first / 64) = value ? word(first / 64) | bits : word(first / 64) & ~bits;
+            const std::int32_t here = (std::min)(64 - (first & 63), last - first);
+            const std::uint64_t bits = ones(here) << (first & 63);
+            word(first >> 6) = value ? word(first >> 6) | bits : word(first >> 6) & ~bits;
             first += here;
         }
     }
@@ -7793,19 +7800,26 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
+/// The first from `i` on, i > 0, that is not one more than the value before it.
+inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
+    constexpr std::size_t block = 16;  // compared at once: strips are as long as an image's rows, and these loops read every link
+    for (; i + block <= links.size(); i += block) {
+        std::int32_t different = 0;
+        for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
+        if (different != 0) break;
+    }
+    while (i < links.size() && links[i] == links[i - 1] + 1) ++i;
+    return static_cast<std::int32_t>(i);
+}
+
 /// All pixels that have a neighbor in a column of links, in as few strips as can be.
-inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& column) {
+inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
     buffer<pixel_strip> strips;
-    const std::int32_t* const links = column.data();
-    const std::int32_t pixels = column.count();
-    for (std::int32_t i = 0; i < pixels;) {
-        if (links[i] == no_pixel) {
-            ++i;
-            continue;
-        }
-        const std::int32_t first = i++;
-        while (i < pixels && links[i] == links[i - 1] + 1) ++i;
-        strips.push_back({first, i - first, links[first]});
+    for (std::int32_t first = 0, last; first < links.count(); first = last) {
+        last = first + 1;
+        if (links[first] == no_pixel) continue;
+        last = end_of_strip(links, static_cast<std::size_t>(last));
+        strips.push_back({first, last - first, links[first]});
     }
     return strips;
 }

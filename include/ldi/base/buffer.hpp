@@ -192,6 +192,12 @@ public:
     template <detail::element_iterator Iterator>
     void append(Iterator first, Iterator last) {
         make_room(size() + static_cast<std::size_t>(last - first));
+        if constexpr (moves_as_bytes && (std::same_as<Iterator, T*> || std::same_as<Iterator, const T*>)) {
+            // In one call: bytes may alias the size, which a loop would count one by one.
+            if (first != last) std::memcpy(place_at_end(), first, static_cast<std::size_t>(last - first) * sizeof(T));
+            block_.size += static_cast<std::size_t>(last - first);
+            return;
+        }
         for (; first != last; ++first, ++block_.size) ::new (place_at_end()) T(static_cast<T>(*first));
     }
     /// Trivial types only, as erase. `value` must not lie in this buffer.
