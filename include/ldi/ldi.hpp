@@ -69,6 +69,7 @@
 #include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/occlusion/texture_transfer.hpp>
+#include <ldi/occlusion/uncertain_rims.hpp>
 
 #include <ldi/charts/charts.hpp>
 

@@ -27,6 +27,7 @@
 #include <ldi/occlusion/mixed_colors.hpp>
 #include <ldi/occlusion/spurious_discontinuities.hpp>
 #include <ldi/occlusion/texture_transfer.hpp>
+#include <ldi/occlusion/uncertain_rims.hpp>
 #include <ldi/texture/atlas.hpp>
 #include <ldi/texture/sheets.hpp>
 
@@ -154,6 +155,8 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
+/// Pixels that silhouettes may be off.
+inline int rim_width(float sample_size) { return sample_size > 1.0F ? static_cast<int>(std::lround(2.0F * sample_size)) : 0; }
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
 template <executor Executor>
@@ -222,11 +225,13 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
     result.matte = unmix_colors(lifted, options.mixed_colors);
+    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(sample_size));
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);
     inpainter.inpaint(result.layers, progress, threads);
     add_texture(result.layers, options.texture, options.grain);
+    put_back(result.layers, rims);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);

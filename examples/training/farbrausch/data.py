@@ -1,4 +1,5 @@
 """Photographs, crops and augmentation. Everything is uint8 until the last moment, and cheap: one thread feeds and trains."""
+import json
 import os
 
 import cv2
@@ -10,6 +11,8 @@ import masks
 # How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.4, "fakeprof": 0.4, "fauna": 0.6, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5}
 SHRUNK_MASKS = 0.25  # share of the masks of which more is shown than the crop is wide
+OWN_HOLES = 0.5  # share of the crops whose holes lie behind what they show themselves, where disparity is known
+OWN_MOTION = 20, 90  # pixels by which disparity 1 moves against disparity 0 there
 VALIDATION_EVERY = 32  # every so many-th photograph of the training folder is held out to watch the training with
 
 
@@ -29,16 +32,23 @@ def read_folder(folder):
     return [(n, cv2.cvtColor(cv2.imread(os.path.join(folder, n), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)) for n in names_of(folder)]
 
 
-def crop_of(rng, image, size):
-    """A random square crop, seen at half to full resolution."""
-    height, width = image.shape[:2]
+def window_of(rng, height, width, size):
+    """(rows, columns) of a random square to crop, seen at half to full resolution."""
     scale = rng.uniform(min(1.0, max(0.5, size / min(height, width))), 1.0)
     side = min(int(np.ceil(size / scale)), height, width)
     y, x = rng.integers(height - side + 1), rng.integers(width - side + 1)
-    crop = image[y:y + side, x:x + side]
-    if side != size:
-        crop = cv2.resize(crop, (size, size), interpolation=cv2.INTER_AREA if side > size else cv2.INTER_LINEAR)
+    return slice(y, y + side), slice(x, x + side)
+
+
+def cut(image, window, size):
+    crop = image[window]
+    if crop.shape[0] != size:
+        crop = cv2.resize(crop, (size, size), interpolation=cv2.INTER_AREA if crop.shape[0] > size else cv2.INTER_LINEAR)
     return crop
+
+
+def crop_of(rng, image, size):
+    return cut(image, window_of(rng, *image.shape[:2], size), size)
 
 
 def vary_colour(rng, crop):
@@ -57,6 +67,10 @@ def vary_colour(rng, crop):
     return crop
 
 
+def is_of_use(labels):
+    return (labels == masks.HOLE).mean() > 0.01 and (labels == masks.KNOWN).mean() > 0.1
+
+
 def labels_of(rng, bank, size):
     """A mask of the bank: a random part of it, brought to the size, in one of eight orientations."""
     while True:
@@ -68,8 +82,7 @@ def labels_of(rng, bank, size):
         labels = labels[y:y + side, x:x + side]
         if side != size:
             labels = cv2.resize(labels, (size, size), interpolation=cv2.INTER_NEAREST)
-        hole, known = (labels == masks.HOLE).mean(), (labels == masks.KNOWN).mean()
-        if hole > 0.01 and known > 0.1:
+        if is_of_use(labels):
             return np.rot90(labels[::-1] if rng.random() < 0.5 else labels, rng.integers(4))
 
 
@@ -80,21 +93,46 @@ def to_tensors(photos, labels):
     return image, (labels == masks.KNOWN).float(), (labels != masks.ABSENT).float()
 
 
+def read_disparities(folder):
+    """{name: H x W, 0 to 1}, of what tiefenrausch_small/prepare.py wrote"""
+    with open(os.path.join(folder, "index.json")) as file:
+        entries = json.load(file)["entries"]
+    values = np.memmap(os.path.join(folder, "labels.f16"), np.float16, "r")
+    return {e["name"]: values[e["label_at"]:e["label_at"] + e["label_height"] * e["label_width"]].reshape(e["label_height"], e["label_width"])
+            for e in entries}
+
+
 class Photographs:
-    def __init__(self, folder):
+    """disparities: folder that tiefenrausch_small/prepare.py wrote, for holes behind what the photographs show themselves"""
+
+    def __init__(self, folder, disparities=None):
         named, taught = read_folder(folder), set(training_names(folder))
         self.train = [image for name, image in named if name in taught]
         self.held_out = [image for name, image in named if name not in taught]
         weight = np.array([SOURCE_WEIGHT.get(name.rsplit("_", 1)[0], 1.0) for name, _ in named if name in taught])
         self.cumulative = np.cumsum(weight / weight.sum())
+        found = read_disparities(disparities) if disparities else {}
+        self.disparities = [found.get(os.path.splitext(name)[0]) for name, _ in named if name in taught]
+
+    def own_labels(self, rng, pick, window, size):
+        """Holes behind what a part of a photograph shows itself; nothing where it shows no step, or none is known."""
+        if self.disparities[pick] is None:
+            return None
+        height, width = self.train[pick].shape[:2]
+        disparity = cv2.resize(self.disparities[pick].astype(np.float32), (width, height), interpolation=cv2.INTER_NEAREST)[window]
+        disparity = cv2.resize(disparity, (size, size), interpolation=cv2.INTER_NEAREST)
+        labels = masks.covered(disparity, rng.uniform(*OWN_MOTION), rng.uniform(0, 2 * np.pi))
+        return labels if is_of_use(labels) else None
 
     def batch(self, rng, bank, count, size):
         photos, labels = np.empty((count, size, size, 3), np.uint8), np.empty((count, size, size), np.uint8)
         for i in range(count):
             pick = min(int(np.searchsorted(self.cumulative, rng.random())), len(self.train) - 1)
-            crop = vary_colour(rng, crop_of(rng, self.train[pick], size))
-            photos[i] = crop[:, ::-1] if rng.random() < 0.5 else crop
-            labels[i] = labels_of(rng, bank, size)
+            window = window_of(rng, *self.train[pick].shape[:2], size)
+            own = self.own_labels(rng, pick, window, size) if rng.random() < OWN_HOLES else None
+            photos[i], labels[i] = vary_colour(rng, cut(self.train[pick], window, size)), labels_of(rng, bank, size) if own is None else own
+            if rng.random() < 0.5:
+                photos[i], labels[i] = photos[i, :, ::-1].copy(), labels[i, :, ::-1].copy()
         return to_tensors(photos, labels)
 
     def validation_batches(self, count, size=256, batch=8):

@@ -3,11 +3,14 @@
 A foreground shape is drawn at random. The surface behind it is expanded from its outline inwards by a certain reach, as the LDI stage
 does (paper, "Hallucinating occluded geometry"): that band is the hole. The rest of the shape does not exist on the background's
 sheet. Shapes narrower than twice the reach are bridged altogether.
+
+Or the foreground is the photograph's own (`covered`): what it covers when the camera moves is the hole, and it does not exist itself.
 """
 import cv2
 import numpy as np
 
 KNOWN, HOLE, ABSENT = 0, 1, 2
+STEP = 0.05  # of disparity, where one surface ends and another begins
 
 
 def smooth_noise(rng, size):
@@ -94,6 +97,31 @@ def draw(rng, size=256):
             break
     labels = np.zeros((size, size), np.uint8)
     labels[shape > 0] = ABSENT
+    labels[hole] = HOLE
+    return labels
+
+
+def covered(disparity, motion, angle):
+    """Labels for a photograph with its disparity (H x W, 0 to 1): the hole is what nearer things cover when disparity 1 moves by `motion`
+    pixels against disparity 0 at that angle; around it, the things that cover it don't exist."""
+    height, width = disparity.shape
+    y, x = np.mgrid[0:height, 0:width]
+    to_y, to_x = (np.rint(at + motion * way * disparity).astype(np.int32) for at, way in ((y, np.sin(angle)), (x, np.cos(angle))))
+    reach = int(np.ceil(motion)) + 1
+    to_y, to_x = np.clip(to_y + reach, 0, height + 2 * reach - 1), np.clip(to_x + reach, 0, width + 2 * reach - 1)
+    nearest = np.zeros((height + 2 * reach, width + 2 * reach), np.float32)
+    order = np.argsort(disparity, axis=None)  # what is written last is nearest
+    nearest[to_y.ravel()[order], to_x.ravel()[order]] = disparity.ravel()[order]
+    nearest = cv2.morphologyEx(nearest, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))  # near surfaces come apart a little
+    labels = np.zeros((height, width), np.uint8)
+    hole = nearest[to_y, to_x] > disparity + STEP
+    hole = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0
+    if not hole.any():
+        return labels
+    distance, closest = cv2.distanceTransformWithLabels((~hole).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    behind = np.zeros(closest.max() + 1, np.float32)
+    behind[closest[hole]] = disparity[hole]
+    labels[(disparity > behind[closest] + STEP) & (distance < 1.5 * motion)] = ABSENT
     labels[hole] = HOLE
     return labels
 

@@ -13,6 +13,7 @@ import copy
 import math
 import os
 import signal
+import sys
 import time
 
 import cv2
@@ -28,7 +29,7 @@ from muon import Muon
 
 WARM_UP = 300  # steps
 MASKS = 4000
-ABSOLUTE_WEIGHT, DECIBEL_WEIGHT, GRADIENT_WEIGHT = 2.0, 0.6, 0.7  # of the terms of the loss
+ABSOLUTE_WEIGHT, DECIBEL_WEIGHT, GRADIENT_WEIGHT, PERCEIVED_WEIGHT = 2.0, 0.6, 0.7, 0.5  # of the terms of the loss
 GRADIENT_SCALES = 4
 VALIDATION_CROPS = 64
 CALIBRATION_BATCHES = 20
@@ -55,6 +56,14 @@ def losses(y, image, known, exists):
             gradient = gradient + (step.abs() * counts).sum() / (3 * counts.sum()).clamp(min=1)
     terms["gradient"] = GRADIENT_WEIGHT * gradient
     return terms
+
+
+def perceived_difference(lpips, y, image, known, exists):
+    """LPIPS in the holes: the mean over them of its map, for the crop with the holes filled against the crop."""
+    hole = exists * (1 - known)
+    truth = image * exists * 2 - 1
+    filled = torch.where(hole > 0, y.clamp(0, 1) * 2 - 1, truth)
+    return (lpips(filled, truth, mean=False) * hole).sum() / hole.sum().clamp(min=1)
 
 
 @torch.no_grad()
@@ -102,9 +111,12 @@ def continue_from(net, path, batches):
 
 
 class Run:
-    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts."""
+    """The state that a checkpoint holds: the network, its running average (which is what ships), the optimiser and the counts.
 
-    def __init__(self, rate, mixed):
+    lpips: a differentiable LPIPS to teach with, too, or nothing"""
+
+    def __init__(self, rate, mixed, lpips=None):
+        self.lpips = lpips
         self.net = Farbrausch().to(memory_format=torch.channels_last)
         self.average = copy.deepcopy(self.net).eval()
         self.optimiser = Muon(self.net.parameters(), rate, dtype=torch.bfloat16 if mixed else torch.float32)
@@ -142,6 +154,9 @@ class Run:
         with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
             y = self.net(image, known, exists)
         terms = losses(y.float(), image, known, exists)
+        if self.lpips:
+            with torch.cpu.amp.autocast(enabled=self.mixed, dtype=torch.bfloat16):
+                terms["lpips"] = PERCEIVED_WEIGHT * perceived_difference(self.lpips, y.float(), image, known, exists)
         self.optimiser.zero_grad(set_to_none=True)
         sum(terms.values()).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.net.parameters(), 5.0)
@@ -159,6 +174,8 @@ def arguments():
     p.add_argument("--photos", required=True, help="folder of photographs")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
     p.add_argument("--weights", help="exported file to begin with, where FOLDER has no checkpoint: more training, or your own photographs")
+    p.add_argument("--disparities", help="folder that tiefenrausch_small/prepare.py wrote of the photographs, for holes behind what they show")
+    p.add_argument("--lpips", help="folder of lpips.py, to teach with perceived difference, too")
     p.add_argument("--crop", type=int, default=128, help="pixels a side, a multiple of 32")
     p.add_argument("--batch", type=int, default=16, help="crops a step")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
@@ -178,11 +195,15 @@ def main():
     def path(name):
         return os.path.join(a.out, name)
 
-    run, checkpoint = Run(a.rate, not a.float32), path("checkpoint.pt")
+    lpips = None
+    if a.lpips:
+        sys.path.append(a.lpips)
+        from lpips import lpips
+    run, checkpoint = Run(a.rate, not a.float32, lpips), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
     rng = np.random.default_rng([7, run.step])
-    photographs, bank = data.Photographs(a.photos), masks.bank(MASKS, seed=3)
+    photographs, bank = data.Photographs(a.photos, a.disparities), masks.bank(MASKS, seed=3)
     validation = photographs.validation_batches(VALIDATION_CROPS)
     if a.weights and run.step == 0:
         continue_from(run.net, a.weights, (photographs.batch(rng, bank, a.batch, a.crop) for _ in range(CALIBRATION_BATCHES)))
@@ -207,7 +228,7 @@ def main():
             decibels, error, texture = validate(run.average, validation)
             new = not os.path.exists(path("log.tsv"))
             with open(path("log.tsv"), "a") as log:
-                names = ("hole", "decibel", "gradient", "norm")
+                names = ("hole", "decibel", "gradient", "lpips", "norm")
                 if new:
                     log.write("\t".join(("step", "processor_hours", *names, "psnr", "colour_error", "texture")) + "\n")
                 log.write("\t".join(str(v) for v in (run.step, f"{run.seconds / 3600:.4f}", *(f"{means.get(n, float('nan')):.4f}" for n in names),

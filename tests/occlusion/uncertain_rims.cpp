@@ -1,0 +1,87 @@
+#include <ldi/occlusion/uncertain_rims.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+
+namespace {
+
+/// A red thing in front of a green wall, from column 20 on, and red fuzz on the wall beside it.
+ldi::photo_layer fuzzy_scene(std::size_t fuzz) {
+    ldi::image<float> disparity(20, 40);
+    ldi::image<std::uint8_t> photo(20, 40, 3);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x, 0) = x < 20 ? 0.2F : 0.8F;
+            photo(y, x, 0) = x + fuzz < 20 ? 20 : 200;
+            photo(y, x, 1) = x + fuzz < 20 ? 200 : 20;
+        }
+    return ldi::lift(photo, disparity);
+}
+
+void paint_unknown(ldi::photo_layer& layer, std::uint8_t red, std::uint8_t green) {
+    for (std::int32_t i = 0; i < layer.topology.count(); ++i)
+        if (layer.column<ldi::known_column>()[i] == 0)
+            layer.at<ldi::color_column>(i)[0] = red, layer.at<ldi::color_column>(i)[1] = green;
+}
+
+}  // namespace
+
+TEST_CASE("rims of the background are unknown while they are set aside, and nothing else is") {
+    ldi::photo_layer layer = fuzzy_scene(0);
+    const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, 3);
+    CHECK(rims.positions.size() == 3 * 20);
+    for (std::int32_t i = 0; i < layer.topology.count(); ++i) {
+        const std::int32_t x = layer.topology.x[i];
+        REQUIRE(layer.column<ldi::known_column>()[i] == (x >= 17 && x < 20 ? 0 : 1));
+    }
+}
+
+TEST_CASE("a rim that looks like the background comes back as it was") {
+    ldi::photo_layer layer = fuzzy_scene(0);
+    const ldi::photo_layer before = layer;
+    const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, 3);
+    paint_unknown(layer, 30, 190);
+    ldi::put_back(layer, rims);
+    CHECK(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
+    CHECK(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
+}
+
+TEST_CASE("what looks like the foreground keeps the color that continues the background") {
+    ldi::photo_layer layer = fuzzy_scene(2);
+    const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, 4);
+    paint_unknown(layer, 20, 200);
+    ldi::put_back(layer, rims);
+    for (std::int32_t i = 0; i < layer.topology.count(); ++i) {
+        const std::int32_t x = layer.topology.x[i];
+        if (x >= 20) continue;
+        REQUIRE(layer.at<ldi::color_column>(i)[0] == 20);
+        REQUIRE(layer.column<ldi::known_column>()[i] == (x < 18 ? 1 : 0));
+    }
+}
+
+TEST_CASE("what was set aside can be refilled, and is put back whole where nobody painted over it") {
+    std::mt19937 random(2);
+    for (int round = 0; round < 200; ++round) {
+        ldi::photo_layer layer =
+            ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 40, 1 + random() % 40));
+        for (std::uint8_t& value : layer.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
+        for (std::uint8_t& known : layer.column<ldi::known_column>()) known = random() % 8 != 0;
+        const ldi::photo_layer before = layer;
+        const int width = static_cast<int>(random() % 6);
+        const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, width);
+        const ldi::graph& g = layer.topology;
+        REQUIRE(std::is_sorted(rims.positions.begin(), rims.positions.end()));
+        REQUIRE((width > 0 || rims.positions.empty()));
+        for (std::int32_t i = 0; i < g.count(); ++i)
+            REQUIRE(layer.column<ldi::known_column>()[i] <= before.column<ldi::known_column>()[i]);
+        ldi::put_back(layer, rims);
+        REQUIRE(layer.column<ldi::known_column>() == before.column<ldi::known_column>());
+        REQUIRE(layer.column<ldi::color_column>() == before.column<ldi::color_column>());
+    }
+}
