@@ -15558,283 +15558,6 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
 
 }  // namespace ldi
 
-// ---- ldi/mesh/polygon.hpp
-// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
-// Coordinates are integers, so every question about them has an exact answer in 64 bits.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-struct lattice_point {
-    std::int32_t x, y;  ///< within +-2^18
-
-    friend bool operator==(const lattice_point&, const lattice_point&) = default;
-};
-
-/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
-/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
-/// the interior.
-///
-/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
-/// interior that meets there, as a walk along the inside of the outline finds it.
-struct polygon {
-    buffer<lattice_point> points;
-    buffer<std::int32_t> next;
-    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
-
-    void clear() { points.clear(), next.clear(), outline_count = 0; }
-};
-
-/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
-struct triangulation {
-    buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
-    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
-};
-
-namespace detail {
-
-/// The order of the sweep: from top to bottom, then from left to right.
-inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
-
-/// Positive if a, b, c turn right on screen.
-inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
-    return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
-}
-
-/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
-inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
-    constexpr std::int32_t offset = 1 << 19;
-    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
-    return static_cast<std::uint64_t>(event);
-}
-inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
-inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
-
-}  // namespace detail
-
-}  // namespace ldi
-
-// ---- ldi/mesh/detail/crossings.hpp
-// Finds where a polygon's outline crosses or touches itself, all places at once.
-
-namespace ldi::inline LDI_CONFIGURATION::detail {
-
-/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
-class crossing_finder {
-public:
-    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet other than in the ends of both, overlap(v, w) for
-    /// vertices at one point where the outline passes twice, with the interior of one passage reaching into that of the other,
-    /// and spike(v) for vertices at which the outline doubles back or stands still. Edges may lie on each other. May report
-    /// things more than once.
-    template <class Report>
-    void find_all(const polygon& shape, Report& report) {
-        assign(shape);
-        std::sort(events_.begin(), events_.end());
-        active_.clear();
-        for (std::size_t i = 0; i < events_.size(); ++i) {
-            const std::int32_t v = vertex_of(events_[i]), u = before_[v];
-            check_visit(v, report);
-            for (std::size_t j = i + 1; j < events_.size() && at_same_point(events_[j], events_[i]); ++j)
-                compare_visits(v, vertex_of(events_[j]), report);
-            if (!above(point(next(v)), point(v))) enter(make_edge(v), report);
-            if (above(point(v), point(u))) enter(make_edge(u), report);
-        }
-    }
-
-    /// The same for edges with fresh[v] != 0 against all others.
-    template <class Report>
-    void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
-        assign(shape);
-        const std::int32_t count = shape.outline_count;
-        edges_.clear();
-        for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
-        for (std::int32_t v = 0; v < count; ++v) {
-            if (fresh[v] == 0) continue;
-            const edge& e = edges_[v];
-            for (const edge& f : edges_)
-                if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
-                    if (collide(e, f)) report.collision(v, f.vertex);
-            for (std::int32_t end : {v, next(v)}) {
-                check_visit(end, report);
-                for (std::int32_t w = 0; w < count; ++w)
-                    if (w != end && at_same_point(events_[w], events_[end])) compare_visits(end, w, report);
-            }
-        }
-    }
-
-    /// The vertex before v on the outline of the last polygon.
-    std::int32_t before(std::int32_t v) const { return before_[v]; }
-
-private:
-    struct edge {
-        lattice_point a, b;
-        std::int32_t left, right, top, bottom, vertex;
-    };
-    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
-    struct visit {
-        lattice_point at, from, to;
-    };
-
-    lattice_point point(std::int32_t v) const { return shape_->points[v]; }
-    std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
-
-    void assign(const polygon& shape) {
-        shape_ = &shape;
-        events_.clear(), before_.resize(shape.points.size());
-        for (std::int32_t v = 0; v < shape.outline_count; ++v) {
-            events_.push_back(polygon_event(shape.points[v], v));
-            before_[shape.next[v]] = v;
-        }
-    }
-
-    edge make_edge(std::int32_t v) const {
-        const lattice_point a = point(v), b = point(next(v));
-        return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
-    }
-
-    template <class Report>
-    void enter(const edge& e, Report& report) {
-        for (std::size_t i = 0; i < active_.size();) {
-            const edge& f = active_[i];
-            if (f.bottom < e.top) {
-                active_[i] = active_.back();
-                active_.pop_back();
-                continue;
-            }
-            if (f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
-            ++i;
-        }
-        active_.push_back(e);
-    }
-
-    template <class Report>
-    void check_visit(std::int32_t v, Report& report) const {
-        const std::int32_t u = before_[v];
-        if (point(u) == point(next(v)) || point(v) == point(next(v))) report.spike(v);
-    }
-
-    template <class Report>
-    void compare_visits(std::int32_t v, std::int32_t w, Report& report) const {
-        const visit a = visit_of(v), b = visit_of(w);
-        if (overlap(a, b) || overlap(b, a)) report.overlap(v, w);
-    }
-    visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
-
-    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
-    }
-    static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
-        return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
-    }
-    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
-    static bool inside(const visit& v, lattice_point p) {
-        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
-        if (whole > 0) return a > 0 && b > 0;
-        if (whole < 0) return !(a <= 0 && b <= 0);
-        if (dot(v.at, v.to, v.from) < 0) return a > 0;
-        return a != 0 || dot(v.at, v.to, p) < 0;
-    }
-    static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
-        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
-    }
-    static bool overlap(const visit& v, const visit& w) {
-        return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
-    }
-
-    static int side(const edge& e, lattice_point p) {
-        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
-        return t < 0 ? -1 : t > 0 ? 1 : 0;
-    }
-    static bool in_box(const edge& e, lattice_point p) {
-        return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
-    }
-    static bool touches(const edge& e, lattice_point p, int side_of_p) {
-        return side_of_p == 0 && in_box(e, p) && p != e.a && p != e.b;
-    }
-
-    static bool collide(const edge& e, const edge& f) {
-        const int a = side(e, f.a), b = side(e, f.b), c = side(f, e.a), d = side(f, e.b);
-        if (a * b < 0 && c * d < 0) return true;
-        return touches(e, f.a, a) || touches(e, f.b, b) || touches(f, e.a, c) || touches(f, e.b, d);
-    }
-
-    const polygon* shape_ = nullptr;
-    buffer<std::uint64_t> events_;
-    buffer<std::int32_t> before_;
-    buffer<edge> edges_, active_;
-};
-
-}  // namespace ldi::detail
-
-// ---- ldi/mesh/flip.hpp
-// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
-// which disparity would be interpolated between vertices that have nothing to do with each other.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
-/// compared in integers.
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
-
-namespace detail {
-
-constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
-/// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
-inline void flip(triangulation& t, std::int32_t h) {
-    const std::int32_t m = t.mates[h];
-    const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
-    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
-    t.triangles[h1] = t.triangles[m2];
-    t.triangles[m1] = t.triangles[h2];
-    const auto connect = [&](std::int32_t from, std::int32_t to) {
-        t.mates[from] = to;
-        if (to >= 0) t.mates[to] = from;
-    };
-    const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
-    connect(h, beyond_ad);
-    connect(m, beyond_bc);
-    connect(h1, m1);
-}
-
-}  // namespace detail
-
-inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
-    using detail::next_half_edge;
-    stack.clear();
-    for (std::int32_t h = 0; h < t.mates.count(); ++h)
-        if (t.mates[h] > h) stack.push_back(h);
-    std::int32_t extent = 1;
-    for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
-    int shift = 0;  // keeps products of four coordinate differences within 64 bits
-    for (; extent > 1 << 14; extent >>= 1) ++shift;
-    shift *= 2;
-    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
-    std::size_t flips_left = 64 * t.triangles.size();
-    while (!stack.empty() && flips_left > 0) {
-        const std::int32_t h = stack.back();
-        stack.pop_back();
-        if (t.mates[h] < 0) continue;
-        const std::int32_t m = t.mates[h];
-        const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
-        const lattice_point a = points[t.triangles[h]], b = points[t.triangles[h1]], c = points[t.triangles[h2]],
-                            d = points[t.triangles[m2]];
-        const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
-        const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
-        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
-        const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
-        const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
-        const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
-        if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
-        // Only a strictly convex quadrilateral has another diagonal.
-        if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
-        detail::flip(t, h);
-        --flips_left;
-        for (std::int32_t side : {h, h2, m, m2}) stack.push_back(side);
-    }
-}
-
-}  // namespace ldi
-
 // ---- ldi/mesh/detail/boundary_walk.hpp
 // Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
 // from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
@@ -16270,6 +15993,61 @@ inline chart_outlines trace_outlines(const graph& g, std::span<const float> disp
     tracer.assemble_loops(charts.charts.size());
     return result;
 }
+
+}  // namespace ldi
+
+// ---- ldi/mesh/polygon.hpp
+// Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
+// Coordinates are integers, so every question about them has an exact answer in 64 bits.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct lattice_point {
+    std::int32_t x, y;  ///< within +-2^18
+
+    friend bool operator==(const lattice_point&, const lattice_point&) = default;
+};
+
+/// At most 2^24 vertices in chains. A vertex is followed by `next`, or nothing (-1). Closed chains are outlines: the interior
+/// lies to the right (y downwards: outer loops clockwise, holes counter-clockwise). Open chains and single vertices must lie in
+/// the interior.
+///
+/// An outline may touch itself in vertices and along whole edges, from outside. Such a vertex is listed once for each part of the
+/// interior that meets there, as a walk along the inside of the outline finds it.
+struct polygon {
+    buffer<lattice_point> points;
+    buffer<std::int32_t> next;
+    std::int32_t outline_count = 0;  ///< vertices [0, outline_count) are those of closed chains, the rest those of open ones
+
+    void clear() { points.clear(), next.clear(), outline_count = 0; }
+};
+
+/// F triangles. Half-edge 3 f + i runs from vertex i of triangle f to the one after it.
+struct triangulation {
+    buffer<std::uint32_t> triangles;  ///< F x 3 vertex indices, counter-clockwise on screen
+    buffer<std::int32_t> mates;       ///< F x 3: the half-edge on the other side, or -1 where the edge belongs to a chain
+};
+
+namespace detail {
+
+/// The order of the sweep: from top to bottom, then from left to right.
+inline bool above(lattice_point a, lattice_point b) { return a.y != b.y ? a.y < b.y : a.x < b.x; }
+
+/// Positive if a, b, c turn right on screen.
+inline std::int64_t turn(lattice_point a, lattice_point b, lattice_point c) {
+    return std::int64_t{b.x - a.x} * (c.y - b.y) - std::int64_t{b.y - a.y} * (c.x - b.x);
+}
+
+/// A vertex of a polygon as a number that sorts by y, then x: y, x and vertex in 20, 20 and 24 bits.
+inline std::uint64_t polygon_event(lattice_point p, std::int32_t vertex) {
+    constexpr std::int32_t offset = 1 << 19;
+    const std::int64_t event = std::int64_t{p.y + offset} << 44 | std::int64_t{p.x + offset} << 24 | vertex;
+    return static_cast<std::uint64_t>(event);
+}
+inline std::int32_t vertex_of(std::uint64_t event) { return static_cast<std::int32_t>(event & 0xFFFFFF); }
+inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return event >> 24 == other >> 24; }
+
+}  // namespace detail
 
 }  // namespace ldi
 
@@ -16860,6 +16638,278 @@ stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_o
 
 }  // namespace ldi
 
+// ---- ldi/mesh/detail/chart_polygon.hpp
+// The polygon of a chart, for triangulation: its simplified outline, then its studs.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
+struct chart_polygon {
+    polygon shape;
+    buffer<std::int32_t> corners;
+    buffer<boundary_edge> edges;
+    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
+
+    void assign(const chart_outlines& outlines, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
+        shape.clear(), corners.clear(), edges.clear(), fresh.clear();
+        for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
+            const std::int32_t loop_start = shape.points.count();
+            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[l + 1]; ++s) {
+                const outline_step step = outlines.steps[s];
+                const std::span<const std::int32_t> kept = boundary.corners(step.piece);
+                const std::size_t last = kept.size() - 1;
+                for (std::size_t i = 0; i < last; ++i) {
+                    const std::int32_t id = kept[step.reversed ? last - i : i];
+                    add(outlines.corners[id], box);
+                    corners.push_back(id);
+                    edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
+                    fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
+                }
+            }
+            shape.next.back() = loop_start;
+        }
+        shape.outline_count = shape.points.count();
+    }
+
+    void add_studs(const stud_set& studs, const chart& box, std::int32_t chart_index) {
+        for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
+            const std::int32_t end = studs.first_vertex[s + 1];
+            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
+            shape.next.back() = -1;
+        }
+    }
+
+private:
+    void add(const outline_corner& corner, const chart& box) {
+        shape.points.push_back({corner.x - box.x, corner.y - box.y});
+        shape.next.push_back(shape.points.count());
+    }
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/detail/crossings.hpp
+// Finds where a polygon's outline crosses or touches itself, all places at once.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
+class crossing_finder {
+public:
+    /// Calls collision(v, w) for edges v -> next[v] and w -> next[w] that meet other than in the ends of both, overlap(v, w) for
+    /// vertices at one point where the outline passes twice, with the interior of one passage reaching into that of the other,
+    /// and spike(v) for vertices at which the outline doubles back or stands still. Edges may lie on each other. May report
+    /// things more than once.
+    template <class Report>
+    void find_all(const polygon& shape, Report& report) {
+        assign(shape);
+        std::sort(events_.begin(), events_.end());
+        active_.clear();
+        for (std::size_t i = 0; i < events_.size(); ++i) {
+            const std::int32_t v = vertex_of(events_[i]), u = before_[v];
+            check_visit(v, report);
+            for (std::size_t j = i + 1; j < events_.size() && at_same_point(events_[j], events_[i]); ++j)
+                compare_visits(v, vertex_of(events_[j]), report);
+            if (!above(point(next(v)), point(v))) enter(make_edge(v), report);
+            if (above(point(v), point(u))) enter(make_edge(u), report);
+        }
+    }
+
+    /// The same for edges with fresh[v] != 0 against all others.
+    template <class Report>
+    void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
+        assign(shape);
+        const std::int32_t count = shape.outline_count;
+        edges_.clear();
+        for (std::int32_t v = 0; v < count; ++v) edges_.push_back(make_edge(v));
+        for (std::int32_t v = 0; v < count; ++v) {
+            if (fresh[v] == 0) continue;
+            const edge& e = edges_[v];
+            for (const edge& f : edges_)
+                if (f.top <= e.bottom && e.top <= f.bottom && f.left <= e.right && e.left <= f.right && f.vertex != v)
+                    if (collide(e, f)) report.collision(v, f.vertex);
+            for (std::int32_t end : {v, next(v)}) {
+                check_visit(end, report);
+                for (std::int32_t w = 0; w < count; ++w)
+                    if (w != end && at_same_point(events_[w], events_[end])) compare_visits(end, w, report);
+            }
+        }
+    }
+
+    /// The vertex before v on the outline of the last polygon.
+    std::int32_t before(std::int32_t v) const { return before_[v]; }
+
+private:
+    struct edge {
+        lattice_point a, b;
+        std::int32_t left, right, top, bottom, vertex;
+    };
+    /// The outline comes to `at` from `from` and leaves for `to`; the interior is what lies clockwise from `to` to `from`.
+    struct visit {
+        lattice_point at, from, to;
+    };
+
+    lattice_point point(std::int32_t v) const { return shape_->points[v]; }
+    std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
+
+    void assign(const polygon& shape) {
+        shape_ = &shape;
+        events_.clear(), before_.resize(shape.points.size());
+        for (std::int32_t v = 0; v < shape.outline_count; ++v) {
+            events_.push_back(polygon_event(shape.points[v], v));
+            before_[shape.next[v]] = v;
+        }
+    }
+
+    edge make_edge(std::int32_t v) const {
+        const lattice_point a = point(v), b = point(next(v));
+        return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
+    }
+
+    template <class Report>
+    void enter(const edge& e, Report& report) {
+        for (std::size_t i = 0; i < active_.size();) {
+            const edge& f = active_[i];
+            if (f.bottom < e.top) {
+                active_[i] = active_.back();
+                active_.pop_back();
+                continue;
+            }
+            if (f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
+            ++i;
+        }
+        active_.push_back(e);
+    }
+
+    template <class Report>
+    void check_visit(std::int32_t v, Report& report) const {
+        const std::int32_t u = before_[v];
+        if (point(u) == point(next(v)) || point(v) == point(next(v))) report.spike(v);
+    }
+
+    template <class Report>
+    void compare_visits(std::int32_t v, std::int32_t w, Report& report) const {
+        const visit a = visit_of(v), b = visit_of(w);
+        if (overlap(a, b) || overlap(b, a)) report.overlap(v, w);
+    }
+    visit visit_of(std::int32_t v) const { return {point(v), point(before_[v]), point(next(v))}; }
+
+    static std::int64_t cross(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.y - center.y) - std::int64_t{a.y - center.y} * (b.x - center.x);
+    }
+    static std::int64_t dot(lattice_point center, lattice_point a, lattice_point b) {
+        return std::int64_t{a.x - center.x} * (b.x - center.x) + std::int64_t{a.y - center.y} * (b.y - center.y);
+    }
+    /// Whether the direction from v.at to p lies inside the interior at v, not on its edges.
+    static bool inside(const visit& v, lattice_point p) {
+        const std::int64_t whole = cross(v.at, v.to, v.from), a = cross(v.at, v.to, p), b = cross(v.at, p, v.from);
+        if (whole > 0) return a > 0 && b > 0;
+        if (whole < 0) return !(a <= 0 && b <= 0);
+        if (dot(v.at, v.to, v.from) < 0) return a > 0;
+        return a != 0 || dot(v.at, v.to, p) < 0;
+    }
+    static bool same_direction(lattice_point center, lattice_point p, lattice_point q) {
+        return cross(center, p, q) == 0 && dot(center, p, q) > 0;
+    }
+    static bool overlap(const visit& v, const visit& w) {
+        return inside(v, w.from) || inside(v, w.to) || same_direction(v.at, v.from, w.from) || same_direction(v.at, v.to, w.to);
+    }
+
+    static int side(const edge& e, lattice_point p) {
+        const std::int64_t t = std::int64_t{e.b.x - e.a.x} * (p.y - e.a.y) - std::int64_t{e.b.y - e.a.y} * (p.x - e.a.x);
+        return t < 0 ? -1 : t > 0 ? 1 : 0;
+    }
+    static bool in_box(const edge& e, lattice_point p) {
+        return e.left <= p.x && p.x <= e.right && e.top <= p.y && p.y <= e.bottom;
+    }
+    static bool touches(const edge& e, lattice_point p, int side_of_p) {
+        return side_of_p == 0 && in_box(e, p) && p != e.a && p != e.b;
+    }
+
+    static bool collide(const edge& e, const edge& f) {
+        const int a = side(e, f.a), b = side(e, f.b), c = side(f, e.a), d = side(f, e.b);
+        if (a * b < 0 && c * d < 0) return true;
+        return touches(e, f.a, a) || touches(e, f.b, b) || touches(f, e.a, c) || touches(f, e.b, d);
+    }
+
+    const polygon* shape_ = nullptr;
+    buffer<std::uint64_t> events_;
+    buffer<std::int32_t> before_;
+    buffer<edge> edges_, active_;
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/mesh/flip.hpp
+// Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
+// which disparity would be interpolated between vertices that have nothing to do with each other.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
+/// compared in integers.
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack);
+
+namespace detail {
+
+constexpr std::int32_t next_half_edge(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+
+/// Turns the edge of half-edge h, between triangles a b c and b a d, into the edge c d.
+inline void flip(triangulation& t, std::int32_t h) {
+    const std::int32_t m = t.mates[h];
+    const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+    // a -> d -> c takes the place of the first triangle, b -> c -> d that of the second.
+    t.triangles[h1] = t.triangles[m2];
+    t.triangles[m1] = t.triangles[h2];
+    const auto connect = [&](std::int32_t from, std::int32_t to) {
+        t.mates[from] = to;
+        if (to >= 0) t.mates[to] = from;
+    };
+    const std::int32_t beyond_bc = t.mates[h1], beyond_ad = t.mates[m1];
+    connect(h, beyond_ad);
+    connect(m, beyond_bc);
+    connect(h1, m1);
+}
+
+}  // namespace detail
+
+inline void flip_to_delaunay(std::span<const lattice_point> points, triangulation& t, buffer<std::int32_t>& stack) {
+    using detail::next_half_edge;
+    stack.clear();
+    for (std::int32_t h = 0; h < t.mates.count(); ++h)
+        if (t.mates[h] > h) stack.push_back(h);
+    std::int32_t extent = 1;
+    for (const lattice_point& p : points) extent = (std::max)({extent, p.x, p.y, -p.x, -p.y});
+    int shift = 0;  // keeps products of four coordinate differences within 64 bits
+    for (; extent > 1 << 14; extent >>= 1) ++shift;
+    shift *= 2;
+    // Flips with shifted angles are not sure to end by themselves. The limit only has to be far above what is ever needed.
+    std::size_t flips_left = 64 * t.triangles.size();
+    while (!stack.empty() && flips_left > 0) {
+        const std::int32_t h = stack.back();
+        stack.pop_back();
+        if (t.mates[h] < 0) continue;
+        const std::int32_t m = t.mates[h];
+        const std::int32_t h1 = next_half_edge(h), h2 = next_half_edge(h1), m1 = next_half_edge(m), m2 = next_half_edge(m1);
+        const lattice_point a = points[t.triangles[h]], b = points[t.triangles[h1]], c = points[t.triangles[h2]],
+                            d = points[t.triangles[m2]];
+        const std::int64_t ca_x = a.x - c.x, ca_y = a.y - c.y, cb_x = b.x - c.x, cb_y = b.y - c.y;
+        const std::int64_t da_x = a.x - d.x, da_y = a.y - d.y, db_x = b.x - d.x, db_y = b.y - d.y;
+        // sin(angle at c + angle at d), the angles between 0 and 180 degrees; negative beyond 180.
+        const std::int64_t cos_c = (ca_x * cb_x + ca_y * cb_y) >> shift, cos_d = (da_x * db_x + da_y * db_y) >> shift;
+        const std::int64_t sin_c = (cb_x * ca_y - cb_y * ca_x) >> shift, sin_d = (da_x * db_y - da_y * db_x) >> shift;
+        const std::int64_t orientation = sin_c * cos_d + cos_c * sin_d;
+        if (!(cos_c < 0 && cos_d < 0) && (cos_c >= 0 && cos_d >= 0 ? true : orientation >= 0)) continue;
+        // Only a strictly convex quadrilateral has another diagonal.
+        if (detail::turn(c, a, d) >= 0 || detail::turn(d, b, c) >= 0) continue;
+        detail::flip(t, h);
+        --flips_left;
+        for (std::int32_t side : {h, h2, m, m2}) stack.push_back(side);
+    }
+}
+
+}  // namespace ldi
+
 // ---- ldi/mesh/detail/waiting_chains.hpp
 // The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
 // Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
@@ -17279,51 +17329,6 @@ flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const m
 
 namespace detail {
 
-/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
-struct chart_polygon {
-    polygon shape;
-    buffer<std::int32_t> corners;
-    buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
-
-    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
-        shape.clear(), corners.clear(), edges.clear(), fresh.clear();
-        const chart_outlines& outlines = flat.outlines;
-        for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
-            const std::int32_t loop_start = shape.points.count();
-            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[l + 1]; ++s) {
-                const outline_step step = outlines.steps[s];
-                const std::span<const std::int32_t> kept = boundary.corners(step.piece);
-                const std::size_t last = kept.size() - 1;
-                for (std::size_t i = 0; i < last; ++i) {
-                    const std::int32_t id = kept[step.reversed ? last - i : i];
-                    add(outlines.corners[id], box);
-                    corners.push_back(id);
-                    edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
-                    fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
-                }
-            }
-            shape.next.back() = loop_start;
-        }
-        shape.outline_count = shape.points.count();
-    }
-
-    void add_studs(const flat_mesh& flat, const chart& box, std::int32_t chart_index) {
-        const stud_set& studs = flat.studs;
-        for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
-            const std::int32_t end = studs.first_vertex[s + 1];
-            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
-            shape.next.back() = -1;
-        }
-    }
-
-private:
-    void add(const outline_corner& corner, const chart& box) {
-        shape.points.push_back({corner.x - box.x, corner.y - box.y});
-        shape.next.push_back(shape.points.count());
-    }
-};
-
 /// Checks and triangulates charts, one after the other.
 class chart_mesher {
 public:
@@ -17334,7 +17339,7 @@ public:
     /// known that edges that are not from the last split don't cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
-        outline_.assign(flat_, boundary_, charts_.charts[c], c);
+        outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
         if (only_fresh)
             finder_.find_fresh(outline_.shape, outline_.fresh, report);
@@ -17362,8 +17367,8 @@ public:
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
     void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
-        outline_.assign(flat_, boundary_, charts_.charts[c], c);
-        outline_.add_studs(flat_, charts_.charts[c], c);
+        outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
+        outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
             // If that is not enough, the cause lies elsewhere in the chart.

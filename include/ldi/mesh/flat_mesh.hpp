@@ -8,6 +8,7 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/mesh/detail/chart_polygon.hpp>
 #include <ldi/mesh/detail/crossings.hpp>
 #include <ldi/mesh/flip.hpp>
 #include <ldi/mesh/outlines.hpp>
@@ -65,51 +66,6 @@ flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const m
 
 namespace detail {
 
-/// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
-struct chart_polygon {
-    polygon shape;
-    buffer<std::int32_t> corners;
-    buffer<boundary_edge> edges;
-    buffer<std::uint8_t> fresh;  ///< whether an edge came from the last split
-
-    void assign(const flat_mesh& flat, const simplified_boundary& boundary, const chart& box, std::int32_t chart_index) {
-        shape.clear(), corners.clear(), edges.clear(), fresh.clear();
-        const chart_outlines& outlines = flat.outlines;
-        for (std::int32_t l = outlines.first_loop[chart_index]; l < outlines.first_loop[chart_index + 1]; ++l) {
-            const std::int32_t loop_start = shape.points.count();
-            for (std::int32_t s = outlines.first_step[l]; s < outlines.first_step[l + 1]; ++s) {
-                const outline_step step = outlines.steps[s];
-                const std::span<const std::int32_t> kept = boundary.corners(step.piece);
-                const std::size_t last = kept.size() - 1;
-                for (std::size_t i = 0; i < last; ++i) {
-                    const std::int32_t id = kept[step.reversed ? last - i : i];
-                    add(outlines.corners[id], box);
-                    corners.push_back(id);
-                    edges.push_back({step.piece, static_cast<std::int32_t>(step.reversed ? last - i - 1 : i)});
-                    fresh.push_back(boundary.is_fresh(edges.back()) ? 1 : 0);
-                }
-            }
-            shape.next.back() = loop_start;
-        }
-        shape.outline_count = shape.points.count();
-    }
-
-    void add_studs(const flat_mesh& flat, const chart& box, std::int32_t chart_index) {
-        const stud_set& studs = flat.studs;
-        for (std::int32_t s = studs.first_stud[chart_index]; s < studs.first_stud[chart_index + 1]; ++s) {
-            const std::int32_t end = studs.first_vertex[s + 1];
-            for (std::int32_t v = studs.first_vertex[s]; v < end; ++v) add(studs.vertices[v], box);
-            shape.next.back() = -1;
-        }
-    }
-
-private:
-    void add(const outline_corner& corner, const chart& box) {
-        shape.points.push_back({corner.x - box.x, corner.y - box.y});
-        shape.next.push_back(shape.points.count());
-    }
-};
-
 /// Checks and triangulates charts, one after the other.
 class chart_mesher {
 public:
@@ -120,7 +76,7 @@ public:
     /// known that edges that are not from the last split don't cross each other.
     void find_crossings(std::int32_t c, bool only_fresh, buffer<boundary_split>& to_split) {
         to_split.clear();
-        outline_.assign(flat_, boundary_, charts_.charts[c], c);
+        outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
         crossing_report report{*this, to_split};
         if (only_fresh)
             finder_.find_fresh(outline_.shape, outline_.fresh, report);
@@ -148,8 +104,8 @@ public:
     /// Sets flat.charts[c]; or else puts what must be split first into `to_split`.
     void triangulate(std::int32_t c, buffer<boundary_split>& to_split) {
         to_split.clear();
-        outline_.assign(flat_, boundary_, charts_.charts[c], c);
-        outline_.add_studs(flat_, charts_.charts[c], c);
+        outline_.assign(flat_.outlines, boundary_, charts_.charts[c], c);
+        outline_.add_studs(flat_.studs, charts_.charts[c], c);
         if (const std::optional<polygon_conflict> conflict = triangulator_(outline_.shape, triangles_)) {
             for (std::int32_t v : conflict->edges) blame(v, to_split);
             // If that is not enough, the cause lies elsewhere in the chart.
