@@ -8,15 +8,12 @@ import cv2
 import numpy as np
 import torch
 
-import labels
 import shapes
 
 # How often a photograph of a source is drawn, relative to 1: portraits and birds are over-represented, streets and rooms rare.
 SOURCE_WEIGHT = {"codrops": 0.5, "fakeprof": 0.5, "fauna": 0.5, "cid22": 1.3, "mdx": 1.3, "clic25": 1.5, "gb82": 1.5, "h5up": 1.5,
                  "depth": 2.0, "scene": 0.5}  # photographs with measured depth; ray-cast scenes
 VALIDATION_EVERY = 32  # every so many-th photograph is held out to watch the training with
-ASKED = 0.8  # the share of crops that the teacher is asked about, where it is believed
-MIXED = 0.2  # of those, how many are mixed with another
 PASTED = 0.45  # the share of crops with something pasted in front
 WHOLE = ((288, 384), (384, 288), (256, 384), (384, 256), (224, 384), (384, 224), (320, 384), (384, 192))  # shapes that the library sees
 GREY = np.array([0.299, 0.587, 0.114], np.float32)
@@ -105,12 +102,9 @@ def to_tensors(photos, labels):
 
 
 class Photographs:
-    """teacher: a matching.Teacher to ask about crops, or nothing"""
-
-    def __init__(self, folder, teacher=None):
-        self.teacher = teacher
+    def __init__(self, folder):
         self.library = Library(folder)
-        photos = self.library.entries
+        photos = [e for e in self.library.entries]
         plain = [e for e in photos if e["source"] not in ("depth", "scene")]
         self.held_out = plain[::VALIDATION_EVERY]
         skip = {e["name"] for e in self.held_out}
@@ -138,32 +132,13 @@ class Photographs:
         view = view_of(rng, *photo.shape[:2], *size, 0.2)
         return cut(photo, view, size, cv2.INTER_AREA), shapes.relief(rng, size), shapes.outline(rng, size)
 
-    def labelled(self, rng, size):
-        """A crop, as its photograph was labelled: half of the photograph's sides to all of it."""
+    def sample(self, rng, size):
         entry = self.draw(rng)
         photo, label = self.library.photograph(entry), self.library.label(entry)
+        # small crops: half of the photograph's sides to all of it
         view = view_of(rng, *photo.shape[:2], *size, 0.5)
         colour = cut(photo, view, size, (cv2.INTER_AREA, cv2.INTER_LINEAR, cv2.INTER_NEAREST)[rng.choice(3, p=(0.6, 0.2, 0.2))])
-        return colour, cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
-
-    def asked(self, rng, size):
-        """A crop, from a third of the photograph's sides to all of it, as the teacher sees it; or nothing, if this photograph's label isn't
-        the teacher's."""
-        entry = self.draw(rng)
-        if not entry.get("teacher_alone"):
-            return None
-        photo, label = self.library.photograph(entry), self.library.label(entry)
-        view = view_of(rng, *photo.shape[:2], *size, 0.33)
-        colour = cut(photo, view, size, cv2.INTER_AREA)
-        if rng.random() < MIXED:
-            share = rng.uniform(0.5, 0.9)
-            colour = cv2.addWeighted(colour, share, self.labelled(rng, size)[0], 1 - share, 0)
-            return colour, labels.in_range(self.teacher.asked(rng, colour))
-        return colour, self.teacher.label(rng, colour, cut(label.astype(np.float32), view, size, cv2.INTER_LINEAR))
-
-    def sample(self, rng, size):
-        found = self.asked(rng, size) if self.teacher and rng.random() < ASKED else None
-        colour, truth = found or self.labelled(rng, size)
+        truth = cut(label.astype(np.float32), view, size, cv2.INTER_NEAREST)
         if rng.random() < 0.5:
             colour, truth = colour[:, ::-1], truth[:, ::-1]
         colour, truth = np.ascontiguousarray(colour), np.ascontiguousarray(truth)

@@ -37,21 +37,21 @@ def chosen(teacher, published):
     of both in open landscapes, where the published one parts trees, roofs and mountains from the sky.
 
     teacher    {short side: disparity}
-    published  {long side: log disparity}; returns H x W, standardised, and whether it is the teacher's answer alone"""
+    published  {long side: log disparity}; returns H x W, standardised"""
     layout = (published["224"] + published["288"]) / 2
     other = standardised(np.exp(published["384"] + cv2.GaussianBlur(layout - published["384"], (0, 0), COARSE_SIGMA)))
     if np.corrcoef(teacher[LAYOUT[0]].ravel(), teacher[DETAIL].ravel())[0, 1] < AGREEMENT:
-        return other, False
+        return other
     if (published["384"] < FAR).mean() > OPEN:
-        return (merged(teacher) + other) / 2, False
-    return merged(teacher), True
+        return (merged(teacher) + other) / 2
+    return merged(teacher)
 
 
-def snapped(disparity, photo, rounds=SNAP_ROUNDS):
+def snapped(disparity, photo):
     """Moves steps of disparity to colour edges: a median, each neighbour weighted by how much its colour is the pixel's.
 
     photo H x W x 3 uint8. Values that change by no more than rounding to 8 bits stay as they were."""
-    for _ in range(rounds):
+    for _ in range(SNAP_ROUNDS):
         low, high = disparity.min(), disparity.max()
         levels = (disparity - low) / max(high - low, 1e-6) * 255
         median = cv2.ximgproc.weightedMedianFilter(photo, levels.astype(np.uint8), SNAP_RADIUS, 25.5, cv2.ximgproc.WMF_EXP)

@@ -54,14 +54,14 @@ def front_of(classes, label):
 
 
 def labelled(path, raw):
-    """(name, source, photograph, disparity, what may be cut out, whether the teacher alone is believed)"""
+    """(name, source, photograph, disparity, what may be cut out)"""
     name, photo = os.path.splitext(os.path.basename(path))[0], read_colour(path)
-    layout, teacher_alone = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
+    layout = labels.chosen(stored(raw, "teacher", name), stored(raw, "published", name))
     small = cv2.resize(photo, layout.shape[::-1], interpolation=cv2.INTER_AREA)
     label = labels.in_range(labels.snapped(layout, small))
     classes = os.path.join(raw, "masks", name + ".npz")
     front = front_of(stored(raw, "masks", name)["classes"], label) if os.path.exists(classes) else np.zeros(label.shape, np.uint8)
-    return name, name.rsplit("_", 1)[0], shrink(photo, LONG_SIDE), label, front, teacher_alone
+    return name, name.rsplit("_", 1)[0], shrink(photo, LONG_SIDE), label, front
 
 
 def photographs(folder, raw):
@@ -78,7 +78,7 @@ def measured(folder):
         size = (round(label.shape[1] * scale), round(label.shape[0] * scale))
         label = labels.in_range(cv2.resize(label, size, interpolation=cv2.INTER_NEAREST))
         source = "scene" if name.startswith("scene_") else "depth"  # of scenes.cpp, or measured
-        yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8), False
+        yield name, source, shrink(photo, LONG_SIDE), label, np.zeros(label.shape, np.uint8)
 
 
 def main():
@@ -92,9 +92,9 @@ def main():
     with open(os.path.join(a.out, "colours.u8"), "wb") as colours, open(os.path.join(a.out, "labels.f16"), "wb") as values, \
             open(os.path.join(a.out, "fronts.u8"), "wb") as fronts:
         sources = [photographs(a.photos, a.raw)] + [measured(folder) for folder in a.depth]
-        for name, source, photo, label, front, teacher_alone in (item for s in sources for item in s):
+        for name, source, photo, label, front in (item for s in sources for item in s):
             entries.append({"name": name, "source": source, "height": photo.shape[0], "width": photo.shape[1], "colour_at": colour_at,
-                            "label_height": label.shape[0], "label_width": label.shape[1], "label_at": label_at, "front": bool(front.any()), "teacher_alone": teacher_alone})
+                            "label_height": label.shape[0], "label_width": label.shape[1], "label_at": label_at, "front": bool(front.any())})
             colours.write(np.ascontiguousarray(photo).tobytes())
             values.write(label.astype(np.float16).tobytes())
             fronts.write(front.tobytes())

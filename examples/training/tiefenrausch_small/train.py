@@ -23,7 +23,6 @@ import torch
 import backbone
 import data
 import export
-import matching
 import metrics
 from losses import aligned_error, losses
 from model import Student
@@ -179,7 +178,6 @@ def arguments():
     p.add_argument("--hours", type=float, default=6.0, help="processor hours of the whole schedule")
     p.add_argument("--backbone", help="the TFLite file to start from (backbone.py)")
     p.add_argument("--weights", help="the safetensors file of an earlier training to start from; without either, from nothing")
-    p.add_argument("--teacher", help="folder of teacher.py, to ask it about half of the crops (matching.py)")
     p.add_argument("--watch", help="folder of photographs with depth (manifest.json) to measure on while training")
     p.add_argument("--rate", type=float, default=1.5e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=os.cpu_count())
@@ -196,7 +194,7 @@ def main():
     def path(name):
         return os.path.join(a.out, name)
 
-    photographs = data.Photographs(a.data, matching.Teacher(a.teacher) if a.teacher else None)
+    photographs = data.Photographs(a.data)
     run, checkpoint = Run(), path("checkpoint.pt")
     if os.path.exists(checkpoint):
         run.load(checkpoint)
@@ -220,10 +218,9 @@ def main():
     saved, looked, snapped = time.time(), run.seconds if run.step > 0 else -math.inf, run.seconds
     means = {}
     ahead = data.Ahead(photographs, [7, run.step])
-    stages = STAGES[1:] if a.weights else STAGES  # small crops are for networks that know nothing yet
 
     def want(progress):
-        _, pixels, shapes = next(s for s in stages if progress <= s[0])
+        _, pixels, shapes = next(s for s in STAGES if progress <= s[0])
         shape = shapes[rng.integers(len(shapes))]
         ahead.want(round(pixels / (shape[0] * shape[1])), shape)
     for _ in range(3):
