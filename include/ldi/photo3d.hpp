@@ -155,8 +155,10 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Pixels that silhouettes may be off.
-inline int rim_width(float sample_size) { return sample_size > 1.0F ? static_cast<int>(std::lround(2.0F * sample_size)) : 0; }
+/// Pixels that silhouettes may still be off, after alignment, where depth is coarser than the photo.
+inline int rim_width(const alignment_options& options, float sample_size) {
+    return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
+}
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
 template <executor Executor>
@@ -225,7 +227,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
     result.matte = unmix_colors(lifted, options.mixed_colors);
-    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(sample_size));
+    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(options.alignment, sample_size));
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);

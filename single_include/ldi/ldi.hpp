@@ -14338,7 +14338,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 }  // namespace ldi
 
 // ---- ldi/occlusion/uncertain_rims.hpp
-// Where depth is coarser than the photo, silhouettes are a sample or two off, and something of the foreground stays on the
+// Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
 // background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
 // pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
 // while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
@@ -21279,8 +21279,10 @@ inline curve_options scaled(curve_options options, float sample_size) {
     options.tangent_length = scaled(options.tangent_length, sample_size);
     return options;
 }
-/// Pixels that silhouettes may be off.
-inline int rim_width(float sample_size) { return sample_size > 1.0F ? static_cast<int>(std::lround(2.0F * sample_size)) : 0; }
+/// Pixels that silhouettes may still be off, after alignment, where depth is coarser than the photo.
+inline int rim_width(const alignment_options& options, float sample_size) {
+    return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
+}
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
 template <executor Executor>
@@ -21349,7 +21351,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(lifted, result.curves);
     result.matte = unmix_colors(lifted, options.mixed_colors);
-    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(sample_size));
+    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(options.alignment, sample_size));
     result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);

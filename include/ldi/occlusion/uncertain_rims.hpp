@@ -1,4 +1,4 @@
-// Where depth is coarser than the photo, silhouettes are a sample or two off, and something of the foreground stays on the
+// Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
 // background beside them: fuzz, hair, a rim. Inpainting would continue it over all of the hidden surface. But most of these
 // pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
 // while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
