@@ -14350,7 +14350,8 @@ struct uncertain_rims {
     buffer<std::size_t> positions;
     buffer<float> disparity;      ///< which of the pixels at a position it is
     buffer<std::uint8_t> colors;  ///< 3 each
-    buffer<float> foreground;     ///< 3 each: the color of what is in front of it, or its own where nobody can tell
+    buffer<float> foreground;     ///< 3 each: the color of what is in front of it, 0 to 255, where one can tell
+    buffer<std::uint8_t> can_tell;
 };
 
 namespace detail {
@@ -14394,9 +14395,11 @@ uncertain_rims set_aside_rims(single_layer<Columns...>& layers, int width) {
             rims.disparity.push_back(disparity[i]);
             const auto color = layers.template at<color_column>(i);
             rims.colors.append(color.begin(), color.end());
-            const detail::silhouette_side& s = band.sides()[band.places()[band.find(i)].side];
-            for (std::size_t c = 0; c < 3; ++c)
-                rims.foreground.push_back(s.can_tell ? s.foreground[c] : static_cast<float>(color[c]));
+            const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
+            const detail::silhouette_side& s = band.sides()[nearest.side];
+            rims.foreground.append(s.foreground.begin(), s.foreground.end());
+            // A narrow surface between two others may be the near one at the nearest silhouette.
+            rims.can_tell.push_back(s.can_tell && !nearest.in_front ? 1 : 0);
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
@@ -14416,7 +14419,9 @@ void put_back(layered_image<Columns...>& layers, const uncertain_rims& rims) {
             rims.disparity[n] != layers.template column<disparity_column>()[i])
             continue;
         std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (detail::share_of_way(rims.colors.data() + 3 * n, color, rims.foreground.data() + 3 * n) > 0.125F) continue;
+        if (rims.can_tell[n] != 0 &&
+            detail::share_of_way(rims.colors.data() + 3 * n, color, rims.foreground.data() + 3 * n) > 0.125F)
+            continue;
         layers.template column<known_column>()[i] = 1;
         std::copy_n(rims.colors.begin() + 3 * n, 3, color);
     }

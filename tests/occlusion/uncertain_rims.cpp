@@ -65,6 +65,27 @@ TEST_CASE("what looks like the foreground keeps the color that continues the bac
     }
 }
 
+TEST_CASE("a surface too narrow to tell from what is in front of it comes back, whatever was painted there") {
+    // A wall, a post of four columns before it, and a thing before both: the post is the near one at its nearest silhouette.
+    ldi::image<float> disparity(20, 40);
+    ldi::image<std::uint8_t> photo(20, 40, 3);
+    for (std::size_t y = 0; y < 20; ++y)
+        for (std::size_t x = 0; x < 40; ++x) {
+            disparity(y, x, 0) = x < 18 ? 0.2F : x < 22 ? 0.5F : 0.8F;
+            photo(y, x, 0) = x < 18 ? 20 : x < 22 ? 120 : 220;
+        }
+    ldi::photo_layer layer = ldi::lift(photo, disparity);
+    const ldi::photo_layer before = layer;
+    const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, 3);
+    const auto nearer_to_the_wall = [&](std::int32_t i) { return layer.topology.x[i] == 19; };
+    for (std::int32_t i = 0; i < layer.topology.count(); ++i)
+        if (nearer_to_the_wall(i)) REQUIRE(layer.column<ldi::known_column>()[i] == 0);
+    paint_unknown(layer, 20, 0);
+    ldi::put_back(layer, rims);
+    for (std::int32_t i = 0; i < layer.topology.count(); ++i)
+        if (nearer_to_the_wall(i)) REQUIRE(layer.at<ldi::color_column>(i)[0] == before.at<ldi::color_column>(i)[0]);
+}
+
 TEST_CASE("what was set aside can be refilled, and is put back whole where nobody painted over it") {
     std::mt19937 random(2);
     for (int round = 0; round < 200; ++round) {
