@@ -1,4 +1,4 @@
-// The inpainting network on layered images, one thread, with every arithmetic that this machine has: milliseconds of every step,
+// The inpainting network on layered images, one thread, with both arithmetics: milliseconds of every step,
 // the share of pixels that are computed at every level, the peak of its working memory, and how far the inpainted colors are
 // from those in float32.
 //
@@ -22,6 +22,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,12 +73,7 @@ ldi::farbrausch full_size_network(ldi::arithmetic kind) {
     return ldi::farbrausch(weights, a, kind);
 }
 
-std::vector<ldi::arithmetic> available_arithmetics() {
-    std::vector<ldi::arithmetic> kinds{ldi::arithmetic::float32};
-    if (ldi::multiplies_bfloat16(ldi::best_isa())) kinds.push_back(ldi::arithmetic::bfloat16);
-    kinds.push_back(ldi::arithmetic::int8);
-    return kinds;
-}
+constexpr ldi::arithmetic arithmetics[] = {ldi::arithmetic::float32, ldi::arithmetic::int8};
 
 struct measurement {
     ldi::buffer<ldi::buffer<double>> steps;  ///< of every run
@@ -189,7 +185,7 @@ double peak_signal_to_noise(const ldi::farbrausch& network, const ldi::farbrausc
 void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_detail) {
     const ldi::buffer<std::uint8_t> unknown = unknown_of(layers);
     const ldi::farbrausch exact = network_with(ldi::arithmetic::float32);
-    for (const ldi::arithmetic kind : in_detail ? available_arithmetics() : std::vector{ldi::arithmetic::float32}) {
+    for (const ldi::arithmetic kind : std::span(arithmetics).first(in_detail ? 2 : 1)) {
         const ldi::farbrausch network = network_with(kind);
         const measurement m = measure(network, layers, unknown, runs);
         if (in_detail) print_steps(network, layers, m);
@@ -238,7 +234,7 @@ void compare_with_full_size() {
     std::printf("%-11s %-9s %9s %9s %14s %9s %12s %9s %8s\n", "network", "computes", "weights", "MiB", "GMAC, picture", "ms",
                 "GMAC, photo", "ms", "peak MB");
     for (const auto& [name, make] : {std::pair{"Farbrausch", &network_with}, std::pair{"PartialConv", &full_size_network}})
-        for (const ldi::arithmetic kind : available_arithmetics()) {
+        for (const ldi::arithmetic kind : arithmetics) {
             if (make == &full_size_network && kind == ldi::arithmetic::int8) continue;  // needs measured ranges of values
             const ldi::farbrausch network = make(kind);
             double giga[2] = {}, fewest[2] = {};

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
-#include <ldi/kernels/gemm_u8/amx.hpp>
 #include <ldi/kernels/isa.hpp>
 
 #include <algorithm>
@@ -58,24 +57,6 @@ inline void multiply_avx2(long count) {
 }
 LDI_END_TARGET
 #endif
-#if LDI_HAS_AMX_KERNELS
-LDI_BEGIN_TARGET(LDI_AMX_FEATURES)
-inline void multiply_amx(long count) {
-    const ldi::float_requantization not_used;
-    ldi::amx::tile_unit unit{not_used};
-    ldi::detail::tile_configuration full;
-    for (int tile = 0; tile < 8; ++tile) full.rows[tile] = 16, full.row_bytes[tile] = 64;
-    unit.configure(full);  // all zero from then on
-    for (; count > 0; --count) {
-        unit.multiply_add<0, 4, 6>();
-        unit.multiply_add<1, 4, 7>();
-        unit.multiply_add<2, 5, 6>();
-        unit.multiply_add<3, 5, 7>();
-    }
-    unit.release();
-}
-LDI_END_TARGET
-#endif
 #if LDI_HAS_ARM_KERNELS
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 inline void multiply_neon(long count) {
@@ -102,9 +83,6 @@ inline double peak_products([[maybe_unused]] ldi::isa set) {
     if (set == ldi::isa::avx512vnni) multiply = multiply_vnni, products = count * 12.0 * 64;
     if (set == ldi::isa::avx_vnni) multiply = multiply_vnni_256, products = count * 12.0 * 32;
     if (set == ldi::isa::avx2) multiply = multiply_avx2, products = count * 8.0 * 64;
-#endif
-#if LDI_HAS_AMX_KERNELS
-    if (set == ldi::isa::amx_int8) multiply = multiply_amx, products = count * 4.0 * 16 * 64 * 16;
 #endif
 #if LDI_HAS_ARM_KERNELS
     if (set == ldi::isa::neon_dot_product) multiply = multiply_neon, products = count * 12.0 * 16;

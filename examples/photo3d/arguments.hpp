@@ -42,9 +42,7 @@ struct arguments {
     compression_choice compression;
 
     ldi::arithmetic inpainting_arithmetic() const {
-        for (const ldi::arithmetic kind : {ldi::arithmetic::float32, ldi::arithmetic::bfloat16, ldi::arithmetic::int8})
-            if (arithmetic == to_string(kind)) return kind;
-        return best_arithmetic();
+        return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
     }
 };
 
@@ -112,11 +110,9 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option("--inpaint", a.inpaint,
                    "how hidden surfaces get their colors: network (the default where its weights are found) or diffusion")
         ->check(CLI::IsMember({"diffusion", "network"}));
-    app.add_option(
-           "--arithmetic", a.arithmetic,
-           "what the inpainting network computes with: float32, bfloat16 (faster, on processors that have it), int8 (fastest, "
-           "everywhere, and the least exact), or best: bfloat16 where there is that, else float32")
-        ->check(CLI::IsMember({"float32", "bfloat16", "int8", "best"}))
+    app.add_option("--arithmetic", a.arithmetic,
+                   "the numbers the inpainting network computes with: float32, or int8 (faster, at 50 dB of float32)")
+        ->check(CLI::IsMember({"float32", "int8"}))
         ->capture_default_str();
     app.add_option(
            "--texture", a.texture,

@@ -27,7 +27,6 @@
 
 #include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/area_resize.hpp>
-#include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/kernels/depthwise_u8.hpp>

@@ -2038,13 +2038,6 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
-// AMX: 64 bits only, and Linux alone has a way of asking for its registers.
-#if LDI_HAS_X86_KERNELS && defined(__x86_64__) && defined(__linux__)
-#define LDI_HAS_AMX_KERNELS 1
-#else
-#define LDI_HAS_AMX_KERNELS 0
-#endif
-
 #if defined(__AARCH64EL__) && defined(__GNUC__)
 #define LDI_HAS_ARM_KERNELS 1
 #include <arm_neon.h>
@@ -2081,8 +2074,6 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX_VNNI_FEATURES "avx2,fma,avxvnni"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
-#define LDI_AVX512BF16_FEATURES LDI_AVX512VNNI_FEATURES ",avx512bf16"
-#define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
 #endif
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
@@ -2108,48 +2099,6 @@ struct cpuid_leaf {
         asm volatile("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(leaf), "c"(subleaf));
     }
 };
-
-}  // namespace ldi::detail
-
-#endif
-
-// ---- ldi/kernels/detail/amx_permission.hpp
-// Whether this program may use AMX: the processor has it, the operating system saves its registers, and Linux grants them to this
-// process, which has to ask for them because they add 8 KiB to what is saved of each thread that uses them.
-
-#if LDI_HAS_AMX_KERNELS
-
-#include <sys/syscall.h>
-#include <unistd.h>
-
-namespace ldi::inline LDI_CONFIGURATION::detail {
-
-/// 8 tiles of 16 rows of 64 bytes, products of bytes, and an operating system that knows of them.
-inline bool processor_has_amx() {
-    constexpr std::uint32_t osxsave = 1U << 27, amx_tile = 1U << 24, amx_int8 = 1U << 25, tile_state = 3U << 17;
-    constexpr std::uint32_t feature_leaf = 7, tile_leaf = 0x1D, multiplier_leaf = 0x1E;
-    if (cpuid_leaf(0).a < multiplier_leaf || (cpuid_leaf(1).c & osxsave) == 0) return false;
-    if ((cpuid_leaf(feature_leaf).d & (amx_tile | amx_int8)) != (amx_tile | amx_int8)) return false;
-    std::uint32_t enabled = 0, upper = 0;
-    asm volatile("xgetbv" : "=a"(enabled), "=d"(upper) : "c"(0));
-    if ((enabled & tile_state) != tile_state || cpuid_leaf(tile_leaf).a < 1) return false;
-    const cpuid_leaf palette(tile_leaf, 1), multiplier(multiplier_leaf);
-    const std::uint32_t row_bytes = palette.b & 0xFFFF, tiles = palette.b >> 16, rows = palette.c & 0xFFFF;
-    const std::uint32_t most_inputs = multiplier.b & 0xFF, most_sum_bytes = multiplier.b >> 8 & 0xFFFF;
-    return row_bytes >= 64 && tiles >= 8 && rows >= 16 && most_inputs >= 16 && most_sum_bytes >= 64;
-}
-
-/// Asks Linux once; what it grants holds for all threads of the process. From then on it refuses alternate signal stacks too
-/// small for the registers (about 11 KiB).
-inline bool may_use_amx() {
-#ifdef SYS_arch_prctl
-    constexpr long request_permission = 0x1023, tile_data = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILE_DATA
-    static const bool granted = processor_has_amx() && syscall(SYS_arch_prctl, request_permission, tile_data) == 0;
-    return granted;
-#else
-    return false;
-#endif
-}
 
 }  // namespace ldi::detail
 
@@ -2202,8 +2151,6 @@ enum class cpu_feature {
     avx_vnni,
     avx512,  ///< F, BW and VL
     avx512_vnni,
-    avx512_bf16,
-    amx_int8,
     arm_dot_product,
     wasm_simd128,
 };
@@ -2229,10 +2176,6 @@ inline bool has_feature(cpu_feature feature) {
         case cpu_feature::avx512:
             return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
         case cpu_feature::avx512_vnni: return __builtin_cpu_supports("avx512vnni");
-        case cpu_feature::avx512_bf16: return __builtin_cpu_supports("avx512bf16");
-#endif
-#if LDI_HAS_AMX_KERNELS
-        case cpu_feature::amx_int8: return may_use_amx();
 #endif
 #if LDI_HAS_ARM_KERNELS
         case cpu_feature::arm_dot_product: return has_dot_product_extension();
@@ -2260,7 +2203,6 @@ enum class isa {
     avx2,              ///< AVX2 and FMA
     avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,          ///< AMX's tiles of bytes, where Linux grants them
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
     wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
@@ -2268,7 +2210,7 @@ enum class isa {
 struct instruction_set {
     isa id;
     std::string_view name;             ///< as LDI_ISA spells it
-    std::array<cpu_feature, 6> needs;  ///< all of them
+    std::array<cpu_feature, 4> needs;  ///< all of them
     isa otherwise;                     ///< whose kernel runs where a family has none for this set
 };
 
@@ -2281,10 +2223,6 @@ inline constexpr std::array instruction_sets{
                     "avx512vnni",
                     {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni},
                     isa::avx2},
-    instruction_set{isa::amx_int8,
-                    "amx",
-                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni, cpu_feature::amx_int8},
-                    isa::avx512vnni},
     instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
     instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
 
@@ -2302,13 +2240,6 @@ inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
-}
-
-/// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
-/// AVX-512 (Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
-inline bool multiplies_bfloat16(isa set) {
-    const bool is_avx512 = set == isa::avx512vnni || find_instruction_set(set).otherwise == isa::avx512vnni;
-    return set == isa::scalar || (is_avx512 && detail::has_feature(cpu_feature::avx512_bf16));
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.
@@ -3303,34 +3234,6 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 }  // namespace ldi
 
-// ---- ldi/kernels/bfloat16.hpp
-// bfloat16: the upper half of a float32, that is its sign, its exponent and 8 significant bits.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-struct bfloat16 {
-    std::uint16_t bits = 0;
-
-    friend bool operator==(bfloat16, bfloat16) = default;
-};
-
-constexpr float to_float(float value) { return value; }
-inline float to_float(bfloat16 value) {
-    const std::uint32_t bits = std::uint32_t{value.bits} << 16;
-    float result = 0.0F;
-    std::memcpy(&result, &bits, sizeof result);
-    return result;
-}
-
-/// The nearest one, of two the even one; within 2^-9 of the value. What is not a number may become infinite.
-inline bfloat16 to_bfloat16(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return {static_cast<std::uint16_t>((bits + 0x7FFFU + (bits >> 16 & 1U)) >> 16)};
-}
-
-}  // namespace ldi
-
 // ---- ldi/kernels/detail/panel_cut.hpp
 // How the outputs of a matrix product or a convolution are shared out among tiles.
 
@@ -3352,8 +3255,7 @@ struct panel_cut {
 }  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/conv_weights.hpp
-// The packed weights of kernels/conv_f32.hpp and kernels/conv_bf16.hpp, and what packing has in common in all arithmetics and on
-// all instruction sets.
+// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -3365,19 +3267,16 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() and its like make sound ones.
-template <class Value>
-struct conv_weights {
-    using value_type = Value;  ///< of the inputs too
+/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
+struct conv_f32_weights {
+    using value_type = float;
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
-    buffer<Value> values;
+    buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
-using conv_f32_weights = conv_weights<float>;
-using conv_bf16_weights = conv_weights<bfloat16>;
 
 /// What a kernel reads for one panel of outputs.
 template <class Value>
@@ -3402,7 +3301,7 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// How many groups there are of so many things, the last one perhaps in part.
+/// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
@@ -3427,16 +3326,111 @@ void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Va
     }
 }
 
-template <std::size_t group, class Value>
-void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
-                        std::size_t lanes, std::size_t most_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                               std::size_t lanes, std::size_t most_vectors) {
+    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }
 
 }  // namespace detail
 }  // namespace ldi
+
+// ---- ldi/kernels/conv_f32/avx2.hpp
+// kernels/conv_f32.hpp with AVX2 and FMA.
+//
+// Two fused multiplications start a cycle and take 4, so 8 sums have to be under way: tiles have 12, in 12, 6 or 4 pixels of 1, 2
+// or 3 vectors. Two loads can start a cycle as well, and one vector for 12 pixels takes just about all of them.
+
+#if LDI_HAS_X86_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::avx2 {
+
+inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
+
+inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_most_vectors);
+}
+
+LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256* sums, const float* input,
+                                                const __m256* weights) {
+    const __m256 x = _mm256_set1_ps(*input);
+    ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
+}
+
+[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
+                                                 __m256 values) {
+    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
+    float* const to = out.values + pixel * out.stride + from;
+    if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
+    const int count = out.count > from ? static_cast<int>(out.count - from) : 0;
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(count), lane), activated);
+}
+
+template <std::size_t... v>
+[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
+                                          std::size_t pixel) {
+    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
+    (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
+}
+
+template <std::size_t... p, std::size_t... v>
+inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                          std::size_t first_pixel, const conv_panel_output<float>& out) {
+    __m256 sums[sizeof...(p) * sizeof...(v)] = {};
+    const std::size_t stride = input.pixel_stride;
+    const float* weights = input.weights;
+    const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
+    for (std::size_t r = 0; r < input.row_count; ++r) {
+        const float* x = input.rows[r] + first_pixel * stride;
+        const float* next_tile = x + sizeof...(p) * stride;
+        for (std::size_t i = 0; i < input.inputs; ++i) {
+            const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
+            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+            ++x;
+            next_tile += fetch;
+            weights += sizeof...(v) * conv_width;
+        }
+    }
+    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+}
+
+template <std::size_t pixels, std::size_t vectors>
+inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
+                           const conv_panel_output<float>& out) {
+    for (; first + pixels <= last; first += pixels)
+        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_f32_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
+                     const float* ratios, float* result) {
+    const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
+    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
+    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
+        switch (vectors) {
+            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
+            case 2: conv_f32_panel<6, 2>(input, 0, pixels, out); break;
+            default: conv_f32_panel<4, 3>(input, 0, pixels, out); break;
+        }
+        input.weights += weights.rows * weights.inputs * lanes;
+        out.skip(lanes);
+    }
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::avx2
+
+#endif
 
 // ---- ldi/kernels/detail/conv_avx512.hpp
 // What kernels/conv_f32.hpp and its like have in common with AVX-512.
@@ -3610,366 +3604,6 @@ LDI_END_TARGET
 
 #endif
 
-// ---- ldi/kernels/conv_bf16/avx512bf16.hpp
-// kernels/conv_bf16.hpp with AVX512_BF16: vdpbf16ps makes two products for each lane.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi::inline LDI_CONFIGURATION::avx512bf16 {
-
-using namespace avx512vnni;  // tiles and panels are those of all AVX-512 kernels
-
-inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
-    detail::append_conv_panels<2>(packed, weights, bias, conv_half, conv_most_halves);
-}
-
-LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
-
-struct conv_bf16_store {
-    [[gnu::always_inline]] static void store(float* to, __mmask16 existing, __m512 values) {
-        _mm512_mask_storeu_ps(to, existing, values);
-    }
-
-    /// As to_bfloat16() rounds.
-    [[gnu::always_inline]] static void store(bfloat16* to, __mmask16 existing, __m512 values) {
-        const __m512i bits = _mm512_castps_si512(values);
-        const __m512i last_bit = _mm512_and_si512(_mm512_srli_epi32(bits, 16), _mm512_set1_epi32(1));
-        const __m512i rounded = _mm512_add_epi32(_mm512_add_epi32(bits, _mm512_set1_epi32(0x7FFF)), last_bit);
-        _mm256_mask_storeu_epi16(to, existing, _mm512_cvtepi32_epi16(_mm512_srli_epi32(rounded, 16)));
-    }
-};
-
-LDI_END_TARGET
-
-LDI_BEGIN_TARGET(LDI_AVX512BF16_FEATURES)
-
-struct conv_bf16_kernel {
-    static constexpr std::size_t group = 2;  // inputs that are multiplied together
-
-    template <std::size_t half, std::size_t... v>
-    [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
-                                                    std::int32_t pair, const conv_lanes<sizeof...(v), half>& weights) {
-        if constexpr (sizeof...(v) == 0) {
-            sums.rest = _mm256_dpbf16_ps(sums.rest, (__m256bh)weights.rest, (__m256bh)_mm256_set1_epi32(pair));
-        } else {
-            __m512i x = _mm512_set1_epi32(pair);
-            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
-            ((sums.whole[v] = _mm512_dpbf16_ps(sums.whole[v], (__m512bh)weights.whole[v], (__m512bh)x)), ...);
-            if constexpr (half == 1)
-                sums.rest = _mm256_dpbf16_ps(sums.rest, (__m256bh)weights.rest, (__m256bh)_mm512_castsi512_si256(x));
-        }
-    }
-
-    [[gnu::always_inline]] static std::int32_t load_pair(const bfloat16* values) {
-        std::int32_t pair = 0;
-        std::memcpy(&pair, values, sizeof pair);
-        return pair;
-    }
-
-    template <class Result>
-    [[gnu::noinline]] static void finish(const conv_tile_sums& sums, std::size_t vectors, std::size_t first_pixel,
-                                         std::size_t pixels, const conv_panel_output<Result>& out) {
-        finish_floats<conv_bf16_store>(sums, vectors, first_pixel, pixels, out);
-    }
-
-    template <std::size_t half, std::size_t... p, std::size_t... v>
-    [[gnu::noinline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                       const conv_panel_input<bfloat16>& input, std::size_t first_pixel,
-                                       conv_tile_sums& tile_sums) {
-        conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
-        constexpr std::size_t lanes = sizeof...(v) * conv_whole + half * conv_half;
-        const std::size_t stride = input.pixel_stride, pairs = input.inputs / 2;
-        const bfloat16* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);  // as with float32
-        for (std::size_t r = 0; r < input.row_count; ++r) {
-            const bfloat16* const x = input.rows[r] + first_pixel * stride;
-            const bfloat16* next_tile = x + sizeof...(p) * stride;
-            conv_tile_pointers<bfloat16, sizeof...(p)> pointers{{}, opaque(stride), opaque(3 * stride)};
-            ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] = opaque(x + p * stride)) : void()), ...);
-            for (std::size_t i = 0; i < pairs; ++i) {
-                const auto w = load_conv_lanes<half>(vectors, weights);
-                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-                (multiply_add<half>(vectors, sums[p], load_pair(pointers.template at<p>()), w), ...);
-                ((p % 4 == 0 ? void(pointers.every_fourth[p / 4] += group) : void()), ...);
-                next_tile += fetch;
-                weights += group * lanes;
-            }
-            if (input.inputs % 2 != 0) {  // what lies behind the last input is nobody's, perhaps not even a number
-                const auto w = load_conv_lanes<half>(vectors, weights);
-                (multiply_add<half>(vectors, sums[p], pointers.template at<p>()->bits, w), ...);
-                weights += group * lanes;
-            }
-        }
-        (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
-    }
-};
-
-LDI_END_TARGET
-
-/// Result: float or bfloat16.
-template <class Result>
-void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-               const float* ratios, Result* result) {
-    conv_panels<conv_bf16_kernel>(
-        weights, conv_panel_input<bfloat16>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
-        conv_panel_output<Result>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
-}
-
-}  // namespace ldi::avx512bf16
-
-#endif
-
-// ---- ldi/kernels/conv_bf16/contract.hpp
-// What a kernel of kernels/conv_bf16.hpp is given and has to do.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// One instruction set's kernel: a row of `conv_bf16_kernels`.
-struct conv_bf16_kernel {
-    isa set;  ///< which multiplies_bfloat16()
-    /// Fills `values` and `bias`; all else is there.
-    void (*pack)(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias);
-    /// As conv_bf16() of kernels/conv_bf16.hpp, to float32 and to bfloat16.
-    void (*run)(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                const float* ratios, float* result);
-    void (*run_to_bfloat16)(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride,
-                            std::size_t pixels, const float* ratios, bfloat16* result);
-};
-
-}  // namespace ldi
-
-// ---- ldi/kernels/detail/conv_scalar.hpp
-// What kernels/conv_f32.hpp and kernels/conv_bf16.hpp have in common in portable C++.
-
-namespace ldi::inline LDI_CONFIGURATION::scalar {
-
-/// Outputs that lie side by side in memory. Compilers make vectors of them.
-inline constexpr std::size_t conv_panel = 8;
-
-/// a * b + c, fused where the compiler's target does that in one instruction: left to itself, the compiler fuses in one tile and
-/// not in another, and a pixel's bits would depend on the tile that it falls into.
-inline float multiply_add(float a, float b, float c) {
-#if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
-    return std::fma(a, b, c);
-#else
-    return a * b + c;
-#endif
-}
-
-/// The sums of `pixels` pixels with one panel of weights.
-template <std::size_t pixels, class Value, class Result>
-inline void conv_tile(const conv_weights<Value>& weights, const Value* const* rows, std::size_t offset, std::size_t pixel_stride,
-                      std::size_t first_output, const float* ratios, Result* result) {
-    float sums[pixels][conv_panel] = {};
-    const Value* values = weights.values.data() + first_output * weights.rows * weights.inputs;
-    for (std::size_t r = 0; r < weights.rows; ++r) {
-        const Value* const input = rows[r] + offset;
-        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
-            for (std::size_t p = 0; p < pixels; ++p) {
-                const float x = to_float(input[p * pixel_stride + i]);
-                for (std::size_t o = 0; o < conv_panel; ++o) sums[p][o] = multiply_add(x, to_float(values[o]), sums[p][o]);
-            }
-    }
-    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
-    for (std::size_t p = 0; p < pixels; ++p)
-        for (std::size_t o = 0; o < count; ++o) {
-            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
-            const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
-            const float activated = value > 0.0F ? value : value * weights.negative_slope;
-            if constexpr (std::is_same_v<Result, bfloat16>)
-                result[p * weights.outputs + first_output + o] = to_bfloat16(activated);
-            else
-                result[p * weights.outputs + first_output + o] = activated;
-        }
-}
-
-template <class Value, class Result>
-inline void conv_by_panels(const conv_weights<Value>& weights, const Value* const* rows, std::size_t pixel_stride,
-                           std::size_t pixels, const float* ratios, Result* result) {
-    constexpr std::size_t tile = 4;
-    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
-    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
-        std::size_t p = 0;
-        for (; p + tile <= pixels; p += tile)
-            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-        for (; p < pixels; ++p)
-            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
-    }
-}
-
-}  // namespace ldi::scalar
-
-// ---- ldi/kernels/conv_bf16/scalar.hpp
-// kernels/conv_bf16.hpp in portable C++.
-
-namespace ldi::inline LDI_CONFIGURATION::scalar {
-
-inline void pack_conv_bf16(conv_bf16_weights& packed, std::span<const bfloat16> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
-}
-
-template <class Result>
-void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-               const float* ratios, Result* result) {
-    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
-}
-
-}  // namespace ldi::scalar
-
-// ---- ldi/kernels/conv_bf16.hpp
-// k x k convolution of bfloat16 values, like kernels/conv_f32.hpp: half the memory, and twice the products an instruction. Sums,
-// bias, ratio and activation are float32. One file of conv_bf16/ for each instruction set that has such multiplications,
-// beside portable code.
-//
-// A pixel's result has the same bits however the pixels are cut into calls. A result is within 1e-5 times the sum of the absolute
-// values of what is added, and where it is rounded to bfloat16 within 2^-8 of itself, of the exact one, if neither values nor
-// products are below 2^-126 (those may count as zero): instruction sets add in different order, and round differently.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// Which instruction set has which kernel.
-inline constexpr conv_bf16_kernel conv_bf16_kernels[] = {
-#if LDI_HAS_X86_KERNELS
-    {isa::avx512vnni, avx512bf16::pack_conv_bf16, avx512bf16::conv_bf16<float>, avx512bf16::conv_bf16<bfloat16>},
-#endif
-    {isa::scalar, scalar::pack_conv_bf16, scalar::conv_bf16<float>, scalar::conv_bf16<bfloat16>},
-};
-static_assert(find_kernel(conv_bf16_kernels, isa::scalar).set == isa::scalar);
-
-/// target   to pack for, one that multiplies_bfloat16()
-/// weights  outputs x rows x inputs, row-major, finite; rounded to bfloat16
-/// bias     outputs
-/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
-inline conv_bf16_weights pack_conv_bf16(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
-                                        activation after) {
-    LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
-    LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F && multiplies_bfloat16(target));
-    conv_bf16_weights packed;
-    packed.target = find_kernel(conv_bf16_kernels, target).set;
-    packed.rows = rows;
-    packed.inputs = weights.size() / (bias.size() * rows);
-    packed.outputs = bias.size();
-    packed.negative_slope = after.negative_slope;
-    buffer<bfloat16> rounded(weights.size());
-    std::transform(weights.begin(), weights.end(), rounded.begin(), to_bfloat16);
-    find_kernel(conv_bf16_kernels, target).pack(packed, rounded, bias);
-    return packed;
-}
-
-/// result = activation(sum of weight * input * ratio + bias)
-///
-/// rows          where the first pixel's stretches of `inputs` values begin
-/// pixel_stride  values from a pixel's stretches to the next pixel's
-/// ratios        one a pixel; nullptr for 1
-/// result        pixels x outputs, row-major, float or bfloat16; must not overlap the input
-template <class Result>
-void conv_bf16(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-               const float* ratios, Result* result) {
-    const conv_bf16_kernel& kernel = find_kernel(conv_bf16_kernels, weights.target);
-    if constexpr (std::is_same_v<Result, float>)
-        kernel.run(weights, rows, pixel_stride, pixels, ratios, result);
-    else
-        kernel.run_to_bfloat16(weights, rows, pixel_stride, pixels, ratios, result);
-}
-
-}  // namespace ldi
-
-// ---- ldi/kernels/conv_f32/avx2.hpp
-// kernels/conv_f32.hpp with AVX2 and FMA.
-//
-// Two fused multiplications start a cycle and take 4, so 8 sums have to be under way: tiles have 12, in 12, 6 or 4 pixels of 1, 2
-// or 3 vectors. Two loads can start a cycle as well, and one vector for 12 pixels takes just about all of them.
-
-#if LDI_HAS_X86_KERNELS
-
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
-
-inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
-
-inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_width, conv_most_vectors);
-}
-
-LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256* sums, const float* input,
-                                                const __m256* weights) {
-    const __m256 x = _mm256_set1_ps(*input);
-    ((sums[v] = _mm256_fmadd_ps(x, weights[v], sums[v])), ...);
-}
-
-[[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
-                                                 __m256 values) {
-    const __m256 activated = _mm256_max_ps(_mm256_mul_ps(values, _mm256_set1_ps(out.negative_slope)), values);
-    float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_width) return _mm256_storeu_ps(to, activated);
-    const int count = out.count > from ? static_cast<int>(out.count - from) : 0;
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(count), lane), activated);
-}
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const __m256* sums, const conv_panel_output<float>& out,
-                                          std::size_t pixel) {
-    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
-}
-
-template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                          std::size_t first_pixel, const conv_panel_output<float>& out) {
-    __m256 sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x = input.rows[r] + first_pixel * stride;
-        const float* next_tile = x + sizeof...(p) * stride;
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
-            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            ++x;
-            next_tile += fetch;
-            weights += sizeof...(v) * conv_width;
-        }
-    }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
-
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
-}
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
-        switch (vectors) {
-            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<6, 2>(input, 0, pixels, out); break;
-            default: conv_f32_panel<4, 3>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
-}
-
-LDI_END_TARGET
-
-}  // namespace ldi::avx2
-
-#endif
-
 // ---- ldi/kernels/conv_f32/avx512vnni.hpp
 // kernels/conv_f32.hpp with AVX-512.
 
@@ -3978,7 +3612,7 @@ LDI_END_TARGET
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_half, conv_most_halves);
+    detail::append_conv_panels(packed, weights, bias, conv_half, conv_most_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
@@ -4061,7 +3695,7 @@ namespace ldi::inline LDI_CONFIGURATION::neon {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -4176,13 +3810,56 @@ LDI_END_TARGET
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
+/// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
+inline constexpr std::size_t conv_panel = 8;
+
+/// a * b + c, fused where the target has an instruction for it. Without this function, the compiler fuses in one tile and not in
+/// another, and a pixel's bits would depend on the tile it falls into.
+inline float multiply_add(float a, float b, float c) {
+#if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+    return std::fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
+/// The sums of `pixels` pixels with one panel of weights.
+template <std::size_t pixels>
+inline void conv_tile(const conv_f32_weights& weights, const float* const* rows, std::size_t offset, std::size_t pixel_stride,
+                      std::size_t first_output, const float* ratios, float* result) {
+    float sums[pixels][conv_panel] = {};
+    const float* values = weights.values.data() + first_output * weights.rows * weights.inputs;
+    for (std::size_t r = 0; r < weights.rows; ++r) {
+        const float* const input = rows[r] + offset;
+        for (std::size_t i = 0; i < weights.inputs; ++i, values += conv_panel)
+            for (std::size_t p = 0; p < pixels; ++p)
+                for (std::size_t o = 0; o < conv_panel; ++o)
+                    sums[p][o] = multiply_add(input[p * pixel_stride + i], values[o], sums[p][o]);
+    }
+    const std::size_t count = (std::min)(conv_panel, weights.outputs - first_output);
+    for (std::size_t p = 0; p < pixels; ++p)
+        for (std::size_t o = 0; o < count; ++o) {
+            const float ratio = ratios == nullptr ? 1.0F : ratios[p];
+            const float value = multiply_add(sums[p][o], ratio, weights.bias[first_output + o]);
+            result[p * weights.outputs + first_output + o] = value > 0.0F ? value : value * weights.negative_slope;
+        }
+}
+
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_panel, 1);
+    detail::append_conv_panels(packed, weights, bias, conv_panel, 1);
 }
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    conv_by_panels(weights, rows, pixel_stride, pixels, ratios, result);
+    constexpr std::size_t tile = 4;
+    const auto ratios_from = [&](std::size_t p) { return ratios == nullptr ? nullptr : ratios + p; };
+    for (std::size_t o = 0; o < weights.outputs; o += conv_panel) {
+        std::size_t p = 0;
+        for (; p + tile <= pixels; p += tile)
+            conv_tile<tile>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+        for (; p < pixels; ++p)
+            conv_tile<1>(weights, rows, p * pixel_stride, pixel_stride, o, ratios_from(p), result + p * weights.outputs);
+    }
 }
 
 }  // namespace ldi::scalar
@@ -4201,7 +3878,7 @@ namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 template <std::size_t... v>
@@ -6146,6 +5823,34 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 }  // namespace ldi
 
+// ---- ldi/base/stable_sort.hpp
+// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
+template <class T, class Before>
+void stable_sort(buffer<T>& values, Before before) {
+    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
+    const std::size_t count = values.size();
+    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
+        for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
+            for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
+    buffer<T> merged;
+    for (std::size_t length = shortest; length < count; length *= 2) {
+        merged.clear();
+        merged.reserve(count);
+        for (std::size_t first = 0; first < count; first += 2 * length) {
+            const std::size_t middle = (std::min)(first + length, count), last = (std::min)(middle + length, count);
+            for (std::size_t a = first, b = middle; a < middle || b < last;)
+                merged.push_back(b == last || (a < middle && !before(values[b], values[a])) ? values[a++] : values[b++]);
+        }
+        values.swap(merged);
+    }
+}
+
+}  // namespace ldi
+
 // ---- ldi/kernels/gemm_u8/contract.hpp
 // What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
 
@@ -6158,7 +5863,7 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
     buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
     requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
@@ -6184,10 +5889,10 @@ struct gemm_u8_kernel {
 
 namespace detail {
 
-/// Inputs that the instructions at the heart of VNNI, NEON and AMX multiply together.
+/// Inputs that the instructions at the heart of VNNI and NEON multiply together.
 inline constexpr std::size_t gemm_group = 4;
 
-/// How many times so many inputs there are, the last perhaps in part.
+/// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are
@@ -6228,340 +5933,6 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 }
 
 }  // namespace detail
-}  // namespace ldi
-
-// ---- ldi/kernels/gemm_u8/tiles.hpp
-// The matrix product of kernels/gemm_u8/amx.hpp, written over a tile unit: eight registers that each hold up to 16 rows of 64
-// bytes, and an instruction that multiplies two of them and adds the product to a third. The processor's is one; the tests have
-// another in software, which checks what the processor would fault on.
-//
-// A tile of activations is 16 pixels by 64 inputs, read from where they lie; one of weights 64 inputs by 16 outputs; one of sums
-// 16 pixels by 16 outputs. Two tiles of pixels times two of outputs take four products for four loads and fill the eight
-// registers.
-
-namespace ldi::inline LDI_CONFIGURATION::detail {
-
-/// What LDTILECFG reads.
-struct alignas(64) tile_configuration {
-    std::uint8_t palette = 1, first_row = 0;
-    std::uint8_t reserved[14] = {};
-    std::uint16_t row_bytes[16] = {};  ///< palette 1 has 8 tiles; nothing may stand here and in `rows` for more
-    std::uint8_t rows[16] = {};
-};
-static_assert(sizeof(tile_configuration) == 64);
-
-/// The registers: sums of pixel tile 0 and output tiles 0 and 1, of pixel tile 1 and the same; pixels; weights.
-struct tile_names {
-    enum { sums_00, sums_01, sums_10, sums_11, pixels_0, pixels_1, weights_0, weights_1 };
-};
-
-inline constexpr std::size_t tile_rows = 16, tile_row_bytes = 64, tile_outputs = 16, tile_group = 4;
-inline constexpr std::size_t tiled_pixels = 2 * tile_rows, tiled_outputs = 2 * tile_outputs;
-
-/// How one segment's inputs are cut into tiles: all of one size, so that one configuration serves them, the last overlapping the
-/// one before it. What is read of a pixel ends less than 4 bytes behind its inputs.
-struct tile_inputs {
-    std::size_t padded, tiles, bytes;
-
-    explicit tile_inputs(std::size_t inputs)
-        : padded(round_up(inputs)),
-          tiles((padded + tile_row_bytes - 1) / tile_row_bytes),
-          bytes(round_up((padded + tiles - 1) / tiles)) {}
-
-    std::size_t first(std::size_t tile) const { return (std::min)(tile * bytes, padded - bytes); }
-    std::size_t first_new(std::size_t tile) const { return tile * bytes; }  ///< that the tiles before do not hold
-    std::size_t weight_bytes() const { return bytes * tile_outputs; }
-
-private:
-    static std::size_t round_up(std::size_t bytes) { return (bytes + tile_group - 1) / tile_group * tile_group; }
-};
-
-/// Up to two tiles of outputs at a time, segment by segment: tiles of rows of 16 outputs x 4 inputs.
-inline void pack_tiles(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
-    const tile_inputs cut(packed.inputs);
-    const int sign = is_negated(packed.fast) ? -1 : 1;
-    const auto append = [&](std::size_t segment, std::size_t tile, std::size_t first_output) {
-        for (std::size_t group = cut.first(tile); group < cut.first(tile) + cut.bytes; group += tile_group)
-            for (std::size_t o = first_output; o < first_output + tile_outputs; ++o)
-                for (std::size_t i = group; i < group + tile_group; ++i) {
-                    const bool counts = o < packed.outputs && i < packed.inputs && i >= cut.first_new(tile);
-                    const int weight =
-                        counts ? weights[(o * packed.segments + segment) * packed.inputs + i] - int{weight_zero_point} : 0;
-                    packed.narrow.push_back(static_cast<std::int8_t>(sign * weight));
-                }
-    };
-    for (std::size_t first = 0; first < packed.outputs; first += tiled_outputs)
-        for (std::size_t segment = 0; segment < packed.segments; ++segment)
-            for (std::size_t tile = 0; tile < cut.tiles; ++tile)
-                for (std::size_t o = first; o < (std::min)(first + tiled_outputs, packed.outputs); o += tile_outputs)
-                    append(segment, tile, o);
-}
-
-/// Sums that wait to be requantized: two tiles of pixels, rows behind rows.
-struct tile_sums {
-    const std::int32_t* values = nullptr;
-    std::size_t rows = 0;           ///< of each of the two tiles
-    std::size_t row_sums = 0;       ///< 16 or 32
-    std::size_t used = 0;           ///< of these sums
-    std::uint8_t* results[2] = {};  ///< of each tile's first pixel
-    std::size_t outputs = 0;        ///< bytes from a pixel's results to the next pixel's
-};
-
-/// One product of kernels/gemm_u8.hpp. A unit has
-///
-///     configure(const tile_configuration&)          before anything else
-///     load<tile>(const void* rows, bytes_between)    bytes_between may be 0
-///     multiply_add<sums, pixels, weights>()          unsigned bytes by signed bytes, four at a time, wrapping around
-///     store<tile>(void* rows, bytes_between)
-///     release()                                      after everything else
-///     requantize(const tile_sums&)                   to 8-bit results; nothing to do with tiles
-template <class Unit>
-class tiled_product {
-public:
-    tiled_product(Unit& unit, const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride)
-        : unit_(unit), weights_(weights), segments_(segments), stride_(pixel_stride), cut_(weights.inputs) {}
-
-    void compute(std::size_t pixels, std::uint8_t* result) {
-        if (pixels == 0) return;
-        // Pixels are shared out evenly to an even number of tiles, the last of which overlaps the one before it by less than
-        // there are tiles. A product takes as long as its pixels have rows, so that smaller tiles cost little.
-        const std::size_t tiles = (pixels + tiled_pixels - 1) / tiled_pixels * 2;
-        const std::size_t rows = (pixels + tiles - 1) / tiles;
-        // Tiles are configured for each product, some tens of cycles for thousands: their shape depends on the layer, and tiles
-        // left in use between products would be saved and restored whenever the system switches threads.
-        unit_.configure(configuration(rows));
-        alignas(buffer_alignment) std::int32_t sums[tiled_pixels * tiled_outputs];
-        tile_sums done;
-        const std::int8_t* values = weights_.narrow.data();
-        for (std::size_t first = 0; first < weights_.outputs; first += tiled_outputs) {
-            const std::size_t used = (std::min)(weights_.outputs - first, tiled_outputs);
-            const bool wide = used > tile_outputs;
-            const std::int32_t* const bias = weights_.bias.data() + first;
-            for (std::size_t tile = 0; tile < tiles; tile += 2) {
-                const std::size_t starts[2] = {(std::min)(tile * rows, pixels - rows),
-                                               (std::min)((tile + 1) * rows, pixels - rows)};
-                wide ? multiply<2>(starts, values, bias) : multiply<1>(starts, values, bias);
-                unit_.requantize(done);  // of the sums before these: the unit multiplies meanwhile
-                wide ? store<2>(sums, rows) : store<1>(sums, rows);
-                done = {sums, rows, wide ? tiled_outputs : tile_outputs, used, {}, weights_.outputs};
-                for (std::size_t i = 0; i < 2; ++i) done.results[i] = result + starts[i] * weights_.outputs + first;
-            }
-            values += weights_.segments * cut_.tiles * cut_.weight_bytes() * (wide ? 2 : 1);
-        }
-        unit_.requantize(done);
-        unit_.release();
-    }
-
-private:
-    using names = tile_names;
-
-    tile_configuration configuration(std::size_t rows) const {
-        tile_configuration made;
-        const auto shape = [&made](std::size_t tile, std::size_t tile_height, std::size_t bytes) {
-            made.rows[tile] = static_cast<std::uint8_t>(tile_height);
-            made.row_bytes[tile] = static_cast<std::uint16_t>(bytes);
-        };
-        for (std::size_t tile : {names::sums_00, names::sums_01, names::sums_10, names::sums_11})
-            shape(tile, rows, tile_row_bytes);
-        for (std::size_t tile : {names::pixels_0, names::pixels_1}) shape(tile, rows, cut_.bytes);
-        for (std::size_t tile : {names::weights_0, names::weights_1}) shape(tile, cut_.bytes / tile_group, tile_row_bytes);
-        return made;
-    }
-
-    template <std::size_t output_tiles>
-    [[gnu::always_inline]] void multiply(const std::size_t (&starts)[2], const std::int8_t* values, const std::int32_t* bias) {
-        unit_.template load<names::sums_00>(bias, 0);  // the same row for every pixel
-        unit_.template load<names::sums_10>(bias, 0);
-        if constexpr (output_tiles == 2) {
-            unit_.template load<names::sums_01>(bias + tile_outputs, 0);
-            unit_.template load<names::sums_11>(bias + tile_outputs, 0);
-        }
-        for (std::size_t s = 0; s < weights_.segments; ++s)
-            for (std::size_t tile = 0; tile < cut_.tiles; ++tile) {
-                const std::uint8_t* const inputs = segments_[s] + cut_.first(tile);
-                unit_.template load<names::pixels_0>(inputs + starts[0] * stride_, stride_);
-                unit_.template load<names::weights_0>(values, tile_row_bytes);
-                unit_.template multiply_add<names::sums_00, names::pixels_0, names::weights_0>();
-                unit_.template load<names::pixels_1>(inputs + starts[1] * stride_, stride_);
-                unit_.template multiply_add<names::sums_10, names::pixels_1, names::weights_0>();
-                values += cut_.weight_bytes();
-                if constexpr (output_tiles == 2) {
-                    unit_.template load<names::weights_1>(values, tile_row_bytes);
-                    unit_.template multiply_add<names::sums_01, names::pixels_0, names::weights_1>();
-                    unit_.template multiply_add<names::sums_11, names::pixels_1, names::weights_1>();
-                    values += cut_.weight_bytes();
-                }
-            }
-    }
-
-    template <std::size_t output_tiles>
-    [[gnu::always_inline]] void store(std::int32_t* sums, std::size_t rows) {
-        constexpr std::size_t row_sums = output_tiles * tile_outputs, row_bytes = row_sums * sizeof(std::int32_t);
-        unit_.template store<names::sums_00>(sums, row_bytes);
-        if constexpr (output_tiles == 2) unit_.template store<names::sums_01>(sums + tile_outputs, row_bytes);
-        unit_.template store<names::sums_10>(sums + rows * row_sums, row_bytes);
-        if constexpr (output_tiles == 2) unit_.template store<names::sums_11>(sums + rows * row_sums + tile_outputs, row_bytes);
-    }
-
-    Unit& unit_;
-    const gemm_u8_weights& weights_;
-    const std::uint8_t* const* segments_;
-    std::size_t stride_;
-    tile_inputs cut_;
-};
-
-}  // namespace ldi::detail
-
-// ---- ldi/kernels/gemm_u8/amx.hpp
-// kernels/gemm_u8.hpp with AMX: how the product is cut into tiles stands in gemm_u8/tiles.hpp, here are the instructions.
-//
-// A product of full tiles, 16 x 64 x 16, takes 16 cycles, eight times less than two vpdpbusd a cycle need for it. Requantizing
-// takes AVX-512 2 to 3 cycles for 16 sums, 128 to 192 for the 64 vectors of four tiles; up to 128 inputs (2 x 64 cycles) it is
-// the longer of the two, and runs while the tile unit multiplies.
-
-#if LDI_HAS_AMX_KERNELS
-
-namespace ldi::inline LDI_CONFIGURATION::amx {
-
-LDI_BEGIN_TARGET(LDI_AMX_FEATURES)
-
-/// The processor's tile unit. The instructions are written out because g++ 12's own functions do not say that they read memory,
-/// and because a tile's number then can be a template argument.
-struct tile_unit {
-    const float_requantization& output;
-
-    void configure(const detail::tile_configuration& shapes) {
-        asm volatile("{ldtilecfg (%0)|ldtilecfg [%0]}" : : "r"(&shapes) : "memory");
-    }
-    void release() { asm volatile("tilerelease" : : : "memory"); }
-
-    template <int tile>
-    void load(const void* rows, std::size_t bytes_between) {
-        asm volatile("{tileloadd (%0,%1,1), %%tmm%c2|tileloadd tmm%c2, [%0+%1*1]}"
-                     :
-                     : "r"(rows), "r"(bytes_between), "i"(tile)
-                     : "memory");
-    }
-    template <int tile>
-    void store(void* rows, std::size_t bytes_between) {
-        asm volatile("{tilestored %%tmm%c2, (%0,%1,1)|tilestored [%0+%1*1], tmm%c2}"
-                     :
-                     : "r"(rows), "r"(bytes_between), "i"(tile)
-                     : "memory");
-    }
-    template <int sums, int pixels, int weights>
-    void multiply_add() {
-        asm volatile("{tdpbusd %%tmm%c2, %%tmm%c1, %%tmm%c0|tdpbusd tmm%c0, tmm%c1, tmm%c2}"
-                     :
-                     : "i"(sums), "i"(pixels), "i"(weights));
-    }
-    void requantize(const detail::tile_sums& sums);
-};
-
-/// The bytes of four vectors of sums, one vector after the other.
-template <class Requantizer>
-[[gnu::always_inline]] inline __m512i requantize_four(const Requantizer& requantize, const std::int32_t* a, const std::int32_t* b,
-                                                      const std::int32_t* c, const std::int32_t* d) {
-    return avx512vnni::swap_lanes(requantize.pack_lanes(requantize(_mm512_load_si512(a)), requantize(_mm512_load_si512(b)),
-                                                        requantize(_mm512_load_si512(c)), requantize(_mm512_load_si512(d))));
-}
-
-/// 32 sums of each pixel, two pixels at a time.
-template <class Requantizer>
-inline void requantize_wide(const Requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
-    constexpr std::size_t row_sums = detail::tiled_outputs, half = detail::tile_outputs;
-    const std::int32_t* values = sums.values + tile * sums.rows * row_sums;
-    std::uint8_t* result = sums.results[tile];
-    const std::size_t outputs = sums.outputs, rows = sums.rows;
-    const auto mask = static_cast<__mmask32>(avx512vnni::first_bytes(sums.used));
-    std::size_t row = 0;
-    for (; row + 2 <= rows; row += 2, values += 2 * row_sums, result += 2 * outputs) {
-        const __m512i bytes = requantize_four(requantize, values, values + half, values + row_sums, values + row_sums + half);
-        if (outputs == row_sums) {
-            _mm512_storeu_si512(result, bytes);
-        } else {
-            _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
-            _mm256_mask_storeu_epi8(result + outputs, mask, _mm512_extracti64x4_epi64(bytes, 1));
-        }
-    }
-    if (row == rows) return;
-    const __m512i bytes = requantize_four(requantize, values, values + half, values, values + half);
-    _mm256_mask_storeu_epi8(result, mask, _mm512_castsi512_si256(bytes));
-}
-
-/// 16 sums of each pixel, four pixels at a time; behind the last pixel, the last once more.
-template <class Requantizer>
-inline void requantize_narrow(const Requantizer& requantize, const detail::tile_sums& sums, std::size_t tile) {
-    constexpr std::size_t row_sums = detail::tile_outputs;
-    const std::int32_t* const values = sums.values + tile * sums.rows * row_sums;
-    std::uint8_t* const result = sums.results[tile];
-    const std::size_t outputs = sums.outputs, last = sums.rows - 1;
-    const auto mask = static_cast<__mmask16>(avx512vnni::first_bytes(sums.used));
-    for (std::size_t row = 0; row <= last; row += 4) {
-        const std::size_t second = row + 1 < last ? row + 1 : last, third = row + 2 < last ? row + 2 : last,
-                          fourth = row + 3 < last ? row + 3 : last;
-        const __m512i bytes = requantize_four(requantize, values + row * row_sums, values + second * row_sums,
-                                              values + third * row_sums, values + fourth * row_sums);
-        _mm_mask_storeu_epi8(result + row * outputs, mask, _mm512_castsi512_si128(bytes));
-        _mm_mask_storeu_epi8(result + second * outputs, mask, _mm512_extracti32x4_epi32(bytes, 1));
-        _mm_mask_storeu_epi8(result + third * outputs, mask, _mm512_extracti32x4_epi32(bytes, 2));
-        _mm_mask_storeu_epi8(result + fourth * outputs, mask, _mm512_extracti32x4_epi32(bytes, 3));
-    }
-}
-
-template <class Requantizer>
-inline void requantize_tiles(const float_requantization& output, const detail::tile_sums& sums) {
-    const Requantizer requantize(output);
-    for (std::size_t tile = 0; tile < 2; ++tile)
-        sums.row_sums == detail::tiled_outputs ? requantize_wide(requantize, sums, tile)
-                                               : requantize_narrow(requantize, sums, tile);
-}
-
-inline void tile_unit::requantize(const detail::tile_sums& sums) {
-    if (sums.rows == 0) return;
-    output.zero_point == 0 ? requantize_tiles<avx512vnni::rectifier>(output, sums)
-                           : requantize_tiles<avx512vnni::requantizer>(output, sums);
-}
-
-/// Flattened so that the instructions, which only functions of this region may hold, come to stand in the loops of the product.
-[[gnu::flatten]] inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
-                                     std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    tile_unit unit{weights.fast};
-    detail::tiled_product(unit, weights, segments, pixel_stride).compute(pixels, result);
-}
-
-LDI_END_TARGET
-
-}  // namespace ldi::amx
-
-#endif
-
-// ---- ldi/base/stable_sort.hpp
-// A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
-template <class T, class Before>
-void stable_sort(buffer<T>& values, Before before) {
-    constexpr std::size_t shortest = 16;  // below it insertion beats merging; chosen by trial
-    const std::size_t count = values.size();
-    for (std::size_t first = 0; first < count; first += shortest)  // by insertion
-        for (std::size_t i = first + 1; i < (std::min)(first + shortest, count); ++i)
-            for (std::size_t j = i; j > first && before(values[j], values[j - 1]); --j) std::swap(values[j], values[j - 1]);
-    buffer<T> merged;
-    for (std::size_t length = shortest; length < count; length *= 2) {
-        merged.clear();
-        merged.reserve(count);
-        for (std::size_t first = 0; first < count; first += 2 * length) {
-            const std::size_t middle = (std::min)(first + length, count), last = (std::min)(middle + length, count);
-            for (std::size_t a = first, b = middle; a < middle || b < last;)
-                merged.push_back(b == last || (a < middle && !before(values[b], values[a])) ? values[a++] : values[b++]);
-        }
-        values.swap(merged);
-    }
-}
-
 }  // namespace ldi
 
 // ---- ldi/kernels/gemm_u8/avx2_packing.hpp
@@ -7677,9 +7048,6 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
     {isa::avx_vnni, 2, avx_vnni::pack_gemm_u8, avx_vnni::gemm_u8},
     {isa::avx512vnni, 1, avx512vnni::pack_gemm_u8, avx512vnni::gemm_u8},
 #endif
-#if LDI_HAS_AMX_KERNELS
-    {isa::amx_int8, 2, detail::pack_tiles, amx::gemm_u8},
-#endif
 #if LDI_HAS_ARM_KERNELS
     {isa::neon_dot_product, 1, neon::pack_gemm_u8, neon::gemm_u8},
 #endif
@@ -8112,7 +7480,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 /// Somebody else's feature map, possibly through a map of pixels: nearest upsampling without writing it out.
 ///
-/// Value  float, or what the weights' kernel reads: bfloat16 or std::uint8_t
+/// Value  float or std::uint8_t, as the weights' kernel reads it
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
@@ -8228,12 +7596,6 @@ inline void multiply(const conv_f32_weights& weights, const float* const* rows, 
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
 }
-template <class Result>
-void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-              const float* ratios, Result* result) {
-    conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
-}
-
 template <class Result>
 void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
               const float* ratios, Result* result) {
@@ -8442,8 +7804,8 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 
 // ---- ldi/nn/ldi/convolution.hpp
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
-// bytes, or bfloat16 where a processor multiplies these.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32
+// or bytes.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -8472,15 +7834,6 @@ inline conv_f32_weights pack_convolution(isa target, std::span<const float> weig
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
-}
-
-/// The same in the order that conv_bf16() reads, rounded to bfloat16.
-///
-/// target  one that multiplies_bfloat16()
-inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
-                                                   std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size);
-    return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
 /// What the bytes of a source stand for.
@@ -10124,24 +9477,16 @@ inline inpainting_architecture partial_convolution_architecture() {
 /// bench/README.md has figures.
 enum class arithmetic {
     float32,
-    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
-               ///< multiplies_bfloat16(best_isa())
-    int8,      ///< values of 8 bits, weights of 7: everywhere, where the weights come with the ranges of values
+    int8,  ///< values of 8 bits, weights of 7: faster, for weights that come with the ranges of values
 };
 
 /// The name as options of programs spell it.
 constexpr std::string_view to_string(arithmetic kind) {
     switch (kind) {
         case arithmetic::float32: return "float32";
-        case arithmetic::bfloat16: return "bfloat16";
         case arithmetic::int8: return "int8";
     }
     return "unknown";
-}
-
-/// bfloat16 where this machine multiplies such numbers, else float32: what is fast with any weights, and as good as exact.
-inline arithmetic best_arithmetic(isa target = best_isa()) {
-    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
 }
 
 namespace detail {
@@ -10184,12 +9529,6 @@ template <>
 struct farbrausch_input<float> {};
 
 template <>
-struct farbrausch_input<bfloat16> {
-    static constexpr bfloat16 zero() { return {}; }
-    bfloat16 operator()(float value) const { return to_bfloat16(value); }
-};
-
-template <>
 struct farbrausch_input<std::uint8_t> {
     quantization values;
 
@@ -10230,16 +9569,6 @@ public:
     farbrausch_convolutions<conv_f32_weights> float32() const {
         return pack_all<conv_f32_weights>([&](const layer& l, const values& weights, const values& bias) {
             return pack_convolution(target_, weights, bias, l.kernel, l.after);
-        });
-    }
-
-    farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
-        if (!multiplies_bfloat16(target_))
-            raise(error_code::unsupported, where(),
-                  "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
-                  "bfloat16 with " + std::string(to_string(target_)));
-        return pack_all<conv_bf16_weights>([&](const layer& l, const values& weights, const values& bias) {
-            return pack_bfloat16_convolution(target_, weights, bias, l.kernel, l.after);
         });
     }
 
@@ -10759,12 +10088,11 @@ public:
     ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
     ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
     ///          to be told apart, which examples/training/farbrausch/export.py finds
-    /// kind     what it computes with; best_arithmetic() is one that is always there
+    /// kind     the numbers it computes with
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
     /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
-    /// not have.
+    /// that are not finite; unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -10803,9 +10131,7 @@ private:
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
-    std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
-                 detail::farbrausch_convolutions<conv_u8_weights>>
-        layers_;
+    std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
 };
 
 inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architecture architecture, arithmetic kind, isa target)
@@ -10814,7 +10140,6 @@ inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architect
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;
-        case arithmetic::bfloat16: layers_ = packer.bfloat16(); break;
         case arithmetic::int8: layers_ = packer.int8(); break;
     }
 }

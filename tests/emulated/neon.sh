@@ -18,9 +18,7 @@ build=build/neon
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=(tests/nn/dense/quantized_network.cpp tests/nn/ldi/{convolution,feature_map,convolution_layer,pooling,elementwise}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)
-for file in tests/kernels/*.cpp; do
-    [[ $file == *_amx.cpp ]] || tests+=("$file")
-done
+tests+=(tests/kernels/*.cpp)
 
 compile() {
     # shellcheck disable=SC2086

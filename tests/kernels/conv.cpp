@@ -1,5 +1,4 @@
-// kernels/conv_f32.hpp, kernels/conv_bf16.hpp and kernels/conv_u8.hpp
-#include <ldi/kernels/conv_bf16.hpp>
+// kernels/conv_f32.hpp and kernels/conv_u8.hpp
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 
@@ -9,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <vector>
 
 namespace {
@@ -17,98 +15,60 @@ namespace {
 constexpr float untouched = 776.0F;
 using floats = ldi::buffer<float>;
 
-template <class Value>
-Value rounded_to(float value) {
-    if constexpr (std::is_same_v<Value, ldi::bfloat16>)
-        return ldi::to_bfloat16(value);
-    else
-        return value;
-}
-
-/// As exact numbers of this type.
-template <class Value>
 floats random_numbers(ldi_test::random_bytes& random, std::size_t count) {
     floats values(count);
-    for (float& v : values) v = ldi::to_float(rounded_to<Value>(static_cast<float>(random.in(-1000, 1000)) / 1000.0F));
+    for (float& v : values) v = static_cast<float>(random.in(-1000, 1000)) / 1000.0F;
     return values;
 }
 
-/// The instruction sets of this machine that have such kernels.
-template <class Value>
-std::vector<ldi::isa> sets_for() {
-    std::vector<ldi::isa> sets;
-    for (const ldi::isa set : ldi_test::available_isas())
-        if (std::is_same_v<Value, float> || ldi::multiplies_bfloat16(set)) sets.push_back(set);
-    return sets;
-}
-
-auto pack(ldi::isa set, const floats& weights, const floats& bias, std::size_t rows, float slope, float /*type*/) {
-    return ldi::pack_conv_f32(set, weights, bias, rows, {slope});
-}
-auto pack(ldi::isa set, const floats& weights, const floats& bias, std::size_t rows, float slope, ldi::bfloat16 /*type*/) {
-    return ldi::pack_conv_bf16(set, weights, bias, rows, {slope});
-}
-void run(const ldi::conv_f32_weights& weights, const float* const* rows, std::size_t stride, std::size_t pixels,
-         const float* ratios, float* result) {
-    ldi::conv_f32(weights, rows, stride, pixels, ratios, result);
-}
-template <class Result>
-void run(const ldi::conv_bf16_weights& weights, const ldi::bfloat16* const* rows, std::size_t stride, std::size_t pixels,
-         const float* ratios, Result* result) {
-    ldi::conv_bf16(weights, rows, stride, pixels, ratios, result);
-}
-
-template <class Value, class Result>
 struct convolution {
-    using results = std::vector<Result>;
-    using packed_weights = ldi::conv_weights<Value>;
+    using results = std::vector<float>;
 
     std::size_t rows, inputs, outputs, pixels, stride;
     floats weights, bias;
-    std::vector<Value> input;
+    floats input;
     floats ratios;
     float slope;
 
     std::size_t row_values() const { return (pixels == 0 ? 0 : (pixels - 1) * stride) + inputs; }
-    std::vector<const Value*> starts(std::size_t first_pixel = 0) const {
-        std::vector<const Value*> result;
+    std::vector<const float*> starts(std::size_t first_pixel = 0) const {
+        std::vector<const float*> result;
         for (std::size_t r = 0; r < rows; ++r) result.push_back(input.data() + r * row_values() + first_pixel * stride);
         return result;
     }
-    packed_weights packed(ldi::isa set) const { return pack(set, weights, bias, rows, slope, Value{}); }
-    results compute(const packed_weights& with) const {
-        results result(pixels * outputs + 1, rounded_to<Result>(untouched));
-        run(with, starts().data(), stride, pixels, ratios.empty() ? nullptr : ratios.data(), result.data());
+    ldi::conv_f32_weights packed(ldi::isa set) const { return ldi::pack_conv_f32(set, weights, bias, rows, {slope}); }
+    results compute(const ldi::conv_f32_weights& with) const {
+        results result(pixels * outputs + 1, untouched);
+        ldi::conv_f32(with, starts().data(), stride, pixels, ratios.empty() ? nullptr : ratios.data(), result.data());
         return result;
     }
     /// The same, in calls for any numbers of pixels.
-    results compute_in_pieces(const packed_weights& with, ldi_test::random_bytes& random) const {
-        results result(pixels * outputs + 1, rounded_to<Result>(untouched));
+    results compute_in_pieces(const ldi::conv_f32_weights& with, ldi_test::random_bytes& random) const {
+        results result(pixels * outputs + 1, untouched);
         for (std::size_t p = 0; p < pixels;) {
             const std::size_t count = std::min(pixels - p, random.size_in(1, 9));
-            run(with, starts(p).data(), stride, count, ratios.empty() ? nullptr : ratios.data() + p, result.data() + p * outputs);
+            ldi::conv_f32(with, starts(p).data(), stride, count, ratios.empty() ? nullptr : ratios.data() + p,
+                          result.data() + p * outputs);
             p += count;
         }
         return result;
     }
     bool is_near_definition(const results& result) const {
-        constexpr double rounding = std::is_same_v<Result, float> ? 0.0 : 1.0 / 256;
         for (std::size_t p = 0; p < pixels; ++p)
             for (std::size_t o = 0; o < outputs; ++o) {
                 double sum = 0, scale = 0;
                 for (std::size_t r = 0; r < rows; ++r)
                     for (std::size_t i = 0; i < inputs; ++i) {
-                        const double product =
-                            double{ldi::to_float(starts()[r][p * stride + i])} * double{weights[(o * rows + r) * inputs + i]};
+                        const double product = double{starts()[r][p * stride + i]} * double{weights[(o * rows + r) * inputs + i]};
                         sum += product, scale += std::abs(product);
                     }
                 const double ratio = ratios.empty() ? 1.0 : double{ratios[p]};
                 const double value = sum * ratio + double{bias[o]};
                 const double expected = value > 0 ? value : value * double{slope};
-                const double difference = std::abs(expected - double{ldi::to_float(result[p * outputs + o])});
-                if (difference > 1e-5 * (scale * ratio + std::abs(double{bias[o]})) + rounding * std::abs(expected)) return false;
+                const double difference = std::abs(expected - double{result[p * outputs + o]});
+                if (difference > 1e-5 * (scale * ratio + std::abs(double{bias[o]}))) return false;
             }
-        return result.back() == rounded_to<Result>(untouched);  // nothing is written behind the result
+        return result.back() == untouched;  // nothing is written behind the result
     }
 
     static convolution any(ldi_test::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,
@@ -116,10 +76,10 @@ struct convolution {
         const float slopes[] = {1.0F, 0.0F, 0.2F};
         convolution c{rows, inputs, outputs, pixels, random.size_in(1, static_cast<int>(inputs) + 5), {}, {}, {}, {}, 0.0F};
         c.slope = slopes[random.size_in(0, 2)];
-        c.weights = random_numbers<Value>(random, outputs * rows * inputs), c.bias = random_numbers<float>(random, outputs);
-        for (const float v : random_numbers<Value>(random, rows * c.row_values())) c.input.push_back(rounded_to<Value>(v));
+        c.weights = random_numbers(random, outputs * rows * inputs), c.bias = random_numbers(random, outputs);
+        c.input = random_numbers(random, rows * c.row_values());
         if (random.in(0, 1) == 1) {
-            c.ratios = random_numbers<float>(random, pixels);
+            c.ratios = random_numbers(random, pixels);
             for (float& ratio : c.ratios) ratio += 1.5F;
         }
         return c;
@@ -128,37 +88,34 @@ struct convolution {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a convolution is the sum of products, scaled, with bias and activation, for all sizes round its tiles", "",
-                   (convolution<float, float>), (convolution<ldi::bfloat16, float>),
-                   (convolution<ldi::bfloat16, ldi::bfloat16>)) {
+TEST_CASE("a convolution is the sum of products, scaled, with bias and activation, for all sizes round its tiles") {
     ldi_test::random_bytes random;
-    for (const ldi::isa set : sets_for<typename TestType::packed_weights::value_type>())
+    for (const ldi::isa set : ldi_test::available_isas())
         for (std::size_t outputs : {1U, 3U, 8U, 9U, 16U, 17U, 24U, 25U, 40U, 41U, 48U, 72U})
             for (std::size_t inputs : {1U, 7U, 36U})
                 for (std::size_t pixels : {0U, 1U, 2U, 5U, 11U, 12U, 13U, 24U, 31U, 49U}) {
-                    const TestType c = TestType::any(random, 1 + outputs % 3, inputs, outputs, pixels);
+                    const convolution c = convolution::any(random, 1 + outputs % 3, inputs, outputs, pixels);
                     INFO("instruction set " << std::string(to_string(set)) << ", " << outputs << " outputs, " << inputs
                                             << " inputs, " << pixels << " pixels");
                     CHECK(c.is_near_definition(c.compute(c.packed(set))));
                 }
 }
 
-TEMPLATE_TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut into calls", "",
-                   (convolution<float, float>), (convolution<ldi::bfloat16, ldi::bfloat16>)) {
+TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut into calls") {
     ldi_test::random_bytes random;
-    for (const ldi::isa set : sets_for<typename TestType::packed_weights::value_type>())
+    for (const ldi::isa set : ldi_test::available_isas())
         for (int round = 0; round < 150; ++round) {
-            const TestType c =
-                TestType::any(random, random.size_in(1, 7), random.size_in(1, 40), random.size_in(1, 90), random.size_in(1, 70));
+            const convolution c = convolution::any(random, random.size_in(1, 7), random.size_in(1, 40), random.size_in(1, 90),
+                                                   random.size_in(1, 70));
             const auto packed = c.packed(set);
             REQUIRE((c.compute(packed) == c.compute_in_pieces(packed, random)));
         }
 }
 
-TEMPLATE_TEST_CASE("a ratio of 1 changes no bit", "", (convolution<float, float>), (convolution<ldi::bfloat16, float>)) {
+TEST_CASE("a ratio of 1 changes no bit") {
     ldi_test::random_bytes random;
-    for (const ldi::isa set : sets_for<typename TestType::packed_weights::value_type>()) {
-        TestType c = TestType::any(random, 3, 17, 21, 30);
+    for (const ldi::isa set : ldi_test::available_isas()) {
+        convolution c = convolution::any(random, 3, 17, 21, 30);
         c.ratios.clear();
         const auto without = c.compute(c.packed(set));
         c.ratios.assign(30, 1.0F);
@@ -256,16 +213,4 @@ TEST_CASE("a convolution of bytes is its definition, rounded, and the same on ev
             REQUIRE((c.compute<float>(set, 9, random) == numbers));
         }
     }
-}
-
-TEST_CASE("a number becomes the nearest bfloat16, and of two the even one") {
-    const auto bits = [](float value) { return ldi::to_bfloat16(value).bits; };
-    CHECK(bits(1.0F) == 0x3F80);
-    CHECK(bits(1.0F + 1.0F / 128) == 0x3F81);
-    CHECK(bits(1.0F + 1.0F / 256) == 0x3F80);
-    CHECK(bits(1.0F + 3.0F / 256) == 0x3F82);
-    CHECK(bits(1.0F + 1.0F / 256 + 1.0F / 65536) == 0x3F81);
-    CHECK(bits(-1.9999F) == 0xC000);
-    CHECK(bits(-0.0F) == 0x8000);
-    CHECK(ldi::to_float(ldi::bfloat16{0x3F81}) == 1.0078125F);
 }

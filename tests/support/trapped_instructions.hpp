@@ -55,10 +55,9 @@ inline std::uint64_t read_register(const greg_t* registers, unsigned number) {
     return static_cast<std::uint64_t>(registers[places[number]]);
 }
 
-/// Where an instruction's memory is: at `address`, the index register left out, which for tiles holds the bytes between rows.
+/// The memory that an instruction reads: at `address` + `index`.
 struct memory_operand {
     std::uint64_t address = 0, index = 0;
-    bool has_index = false;
     std::size_t length = 0;  ///< bytes of the instruction from ModRM on
 };
 
@@ -71,8 +70,7 @@ inline memory_operand read_operand(const std::uint8_t* modrm, const greg_t* regi
     if (base == 4) {
         const unsigned sib = modrm[1], index = (sib >> 3U & 7U) + index_high;
         found.length = 2;
-        found.has_index = index != 4;
-        if (found.has_index) found.index = read_register(registers, index) << (sib >> 6U);
+        if (index != 4) found.index = read_register(registers, index) << (sib >> 6U);
         base = sib & 7U;
         has_base = base != 5 || mode != 0;
     } else if (base == 5 && mode == 0) {

@@ -32,10 +32,9 @@ namespace ldi::python {
 std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
 
 arithmetic arithmetic_named(const std::string& name) {
-    for (const arithmetic kind : {arithmetic::float32, arithmetic::bfloat16, arithmetic::int8})
+    for (const arithmetic kind : {arithmetic::float32, arithmetic::int8})
         if (name == to_string(kind)) return kind;
-    if (name == "best") return best_arithmetic();
-    raise(error_code::invalid_option, "arithmetic", "float32, bfloat16, int8 or best", name);
+    raise(error_code::invalid_option, "arithmetic", "float32 or int8", name);
 }
 
 /// A property that shows memory of an object: show(object, its value).

@@ -3,7 +3,6 @@
 // results.
 #pragma once
 
-#include <ldi/kernels/gemm_u8/amx.hpp>
 #include <ldi/kernels/gemm_u8/avx2.hpp>
 #include <ldi/kernels/gemm_u8/avx512vnni.hpp>
 #include <ldi/kernels/gemm_u8/avx_vnni.hpp>
@@ -24,9 +23,6 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
     {isa::avx_vnni, 2, avx_vnni::pack_gemm_u8, avx_vnni::gemm_u8},
     {isa::avx512vnni, 1, avx512vnni::pack_gemm_u8, avx512vnni::gemm_u8},
-#endif
-#if LDI_HAS_AMX_KERNELS
-    {isa::amx_int8, 2, detail::pack_tiles, amx::gemm_u8},
 #endif
 #if LDI_HAS_ARM_KERNELS
     {isa::neon_dot_product, 1, neon::pack_gemm_u8, neon::gemm_u8},

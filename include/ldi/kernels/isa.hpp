@@ -20,7 +20,6 @@ enum class isa {
     avx2,              ///< AVX2 and FMA
     avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
-    amx_int8,          ///< AMX's tiles of bytes, where Linux grants them
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
     wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
 };
@@ -28,7 +27,7 @@ enum class isa {
 struct instruction_set {
     isa id;
     std::string_view name;             ///< as LDI_ISA spells it
-    std::array<cpu_feature, 6> needs;  ///< all of them
+    std::array<cpu_feature, 4> needs;  ///< all of them
     isa otherwise;                     ///< whose kernel runs where a family has none for this set
 };
 
@@ -41,10 +40,6 @@ inline constexpr std::array instruction_sets{
                     "avx512vnni",
                     {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni},
                     isa::avx2},
-    instruction_set{isa::amx_int8,
-                    "amx",
-                    {cpu_feature::avx2, cpu_feature::fma, cpu_feature::avx512, cpu_feature::avx512_vnni, cpu_feature::amx_int8},
-                    isa::avx512vnni},
     instruction_set{isa::neon_dot_product, "neon", {cpu_feature::arm_dot_product}, isa::scalar},
     instruction_set{isa::wasm_simd128, "wasm", {cpu_feature::wasm_simd128}, isa::scalar}};
 
@@ -62,13 +57,6 @@ inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
     return true;
-}
-
-/// Whether bfloat16 numbers are multiplied where this set, which is_available(), is chosen: x86 processors may have that beside
-/// AVX-512 (Zen 4, Cooper Lake, Sapphire Rapids and later). Portable code does it too, slowly, for tests.
-inline bool multiplies_bfloat16(isa set) {
-    const bool is_avx512 = set == isa::avx512vnni || find_instruction_set(set).otherwise == isa::avx512vnni;
-    return set == isa::scalar || (is_avx512 && detail::has_feature(cpu_feature::avx512_bf16));
 }
 
 /// The one that LDI_ISA names, else the fastest available. Raises an error if LDI_ISA names one that is not available here.

@@ -38,12 +38,11 @@ public:
     ///          in; the same for `decoder.I`, which reads the channels of the coarser level first, then the encoder's. For int8
     ///          also `input.range`, `encoder.I.range` and, but for the last, `decoder.I.range`: the least and the greatest value
     ///          to be told apart, which examples/training/farbrausch/export.py finds
-    /// kind     what it computes with; best_arithmetic() is one that is always there
+    /// kind     the numbers it computes with
     /// target   the instruction set to pack weights for; results agree to rounding
     ///
     /// Raises mismatch, naming the tensor that is missing, of another type or shape, or one too many; invalid_data for weights
-    /// that are not finite; unsupported for an architecture out of bounds, and for an arithmetic that the instruction set does
-    /// not have.
+    /// that are not finite; unsupported for an architecture out of bounds.
     explicit farbrausch(const named_tensors& weights, inpainting_architecture architecture = {},
                         arithmetic kind = arithmetic::float32, isa target = best_isa());
 
@@ -82,9 +81,7 @@ private:
                              buffer<detail::farbrausch_level>& levels, Executor& threads, Report&& report) const;
 
     inpainting_architecture architecture_;
-    std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_bf16_weights>,
-                 detail::farbrausch_convolutions<conv_u8_weights>>
-        layers_;
+    std::variant<detail::farbrausch_convolutions<conv_f32_weights>, detail::farbrausch_convolutions<conv_u8_weights>> layers_;
 };
 
 inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architecture architecture, arithmetic kind, isa target)
@@ -93,7 +90,6 @@ inline farbrausch::farbrausch(const named_tensors& weights, inpainting_architect
     const detail::farbrausch_packer packer(weights, architecture_, target);
     switch (kind) {
         case arithmetic::float32: layers_ = packer.float32(); break;
-        case arithmetic::bfloat16: layers_ = packer.bfloat16(); break;
         case arithmetic::int8: layers_ = packer.int8(); break;
     }
 }

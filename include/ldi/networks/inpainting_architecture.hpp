@@ -11,7 +11,6 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/window.hpp>
-#include <ldi/kernels/isa.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -56,24 +55,16 @@ inline inpainting_architecture partial_convolution_architecture() {
 /// bench/README.md has figures.
 enum class arithmetic {
     float32,
-    bfloat16,  ///< values and weights of 8 significant bits, sums in float32: faster, in half the memory, where
-               ///< multiplies_bfloat16(best_isa())
-    int8,      ///< values of 8 bits, weights of 7: everywhere, where the weights come with the ranges of values
+    int8,  ///< values of 8 bits, weights of 7: faster, for weights that come with the ranges of values
 };
 
 /// The name as options of programs spell it.
 constexpr std::string_view to_string(arithmetic kind) {
     switch (kind) {
         case arithmetic::float32: return "float32";
-        case arithmetic::bfloat16: return "bfloat16";
         case arithmetic::int8: return "int8";
     }
     return "unknown";
-}
-
-/// bfloat16 where this machine multiplies such numbers, else float32: what is fast with any weights, and as good as exact.
-inline arithmetic best_arithmetic(isa target = best_isa()) {
-    return target != isa::scalar && multiplies_bfloat16(target) ? arithmetic::bfloat16 : arithmetic::float32;
 }
 
 namespace detail {

@@ -287,50 +287,6 @@ TEST_CASE("far from what is masked a mask changes no bit") {
     }
 }
 
-TEST_CASE("a convolution of bfloat16 numbers is that of the same numbers in float32, to rounding") {
-    testing::for_random_graphs(45, 100, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
-        const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
-        const indices parents = coarsen(g, orphan_rule::stay).parent;
-        const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);
-        layer l = random_layer(random, 1 + 2 * testing::below(random, 4), above + beside, some_channels(random, 50));
-        const auto round = [](floats& values) {
-            std::vector<bfloat16> rounded;
-            for (float& v : values) rounded.push_back(to_bfloat16(v)), v = to_float(rounded.back());
-            return rounded;
-        };
-        floats coarse_floats = random_floats(random, coarse.kept.size() * above),
-               fine_floats = random_floats(random, g.size() * beside);
-        const std::vector<bfloat16> coarse_values = round(coarse_floats), fine_values = round(fine_floats);
-        round(l.weights);
-        const convolution_plan plan =
-            testing::chance(random, 50) ? plan_convolution(g, l.kernel_size) : plan_convolution(g, l.kernel_size, coarse);
-        const feature_view exact_sources[] = {{coarse_floats, above, parents, {}}, {fine_floats, beside, {}, {}}};
-        const basic_feature_view<bfloat16> sources[] = {{coarse_values, above, parents, {}}, {fine_values, beside, {}, {}}};
-        serial_executor threads;
-        floats expected(plan.output_count * l.outputs), result(expected.size());
-        std::vector<bfloat16> rounded(expected.size());
-        buffer<std::uint8_t> expected_mask(plan.output_count), mask(plan.output_count);
-        convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
-        for (const isa target : ldi_test::available_isas()) {
-            if (!multiplies_bfloat16(target)) continue;
-            const conv_bf16_weights weights =
-                pack_bfloat16_convolution(target, l.weights, l.bias, l.kernel_size, {l.negative_slope});
-            convolve_partially(plan, weights, sources, result, mask, threads);
-            convolve_partially(plan, weights, sources, rounded, {}, threads);
-            const float most = 2e-5F * static_cast<float>(l.inputs * plan.elements());
-            bool near = true, same = true;
-            for (std::size_t i = 0; i < result.size(); ++i) {
-                near = near && std::abs(result[i] - expected[i]) <= most;
-                same = same && rounded[i] == to_bfloat16(result[i]);
-            }
-            REQUIRE(near);
-            REQUIRE(same);
-            REQUIRE(mask == expected_mask);
-        }
-    });
-}
-
 TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
         const graph& g = layers.topology;

@@ -18,7 +18,7 @@ namespace ldi::inline LDI_CONFIGURATION::avx2 {
 inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_width, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_most_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)

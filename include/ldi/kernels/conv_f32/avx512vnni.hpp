@@ -12,7 +12,7 @@
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_half, conv_most_halves);
+    detail::append_conv_panels(packed, weights, bias, conv_half, conv_most_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)

@@ -19,7 +19,7 @@ namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels<1>(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
 }
 
 template <std::size_t... v>

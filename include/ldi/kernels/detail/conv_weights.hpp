@@ -1,10 +1,8 @@
-// The packed weights of kernels/conv_f32.hpp and kernels/conv_bf16.hpp, and what packing has in common in all arithmetics and on
-// all instruction sets.
+// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/kernels/bfloat16.hpp>
 #include <ldi/kernels/detail/panel_cut.hpp>
 #include <ldi/kernels/isa.hpp>
 
@@ -21,19 +19,16 @@ inline constexpr activation no_activation{1.0F};
 inline constexpr activation relu{0.0F};
 constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
 
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() and its like make sound ones.
-template <class Value>
-struct conv_weights {
-    using value_type = Value;  ///< of the inputs too
+/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
+struct conv_f32_weights {
+    using value_type = float;
 
     isa target = isa::scalar;
     std::size_t rows = 1, inputs = 0, outputs = 0;
     float negative_slope = 1.0F;
-    buffer<Value> values;
+    buffer<float> values;
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
-using conv_f32_weights = conv_weights<float>;
-using conv_bf16_weights = conv_weights<bfloat16>;
 
 /// What a kernel reads for one panel of outputs.
 template <class Value>
@@ -58,7 +53,7 @@ struct conv_panel_output {
 
 namespace detail {
 
-/// How many groups there are of so many things, the last one perhaps in part.
+/// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
 /// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
@@ -83,10 +78,9 @@ void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Va
     }
 }
 
-template <std::size_t group, class Value>
-void append_conv_panels(conv_weights<Value>& packed, std::span<const Value> weights, std::span<const float> bias,
-                        std::size_t lanes, std::size_t most_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                               std::size_t lanes, std::size_t most_vectors) {
+    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }

@@ -3,7 +3,6 @@
 
 #include <ldi/base/config.hpp>
 
-#include <ldi/kernels/detail/amx_permission.hpp>
 #include <ldi/kernels/detail/cpuid.hpp>
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
@@ -17,8 +16,6 @@ enum class cpu_feature {
     avx_vnni,
     avx512,  ///< F, BW and VL
     avx512_vnni,
-    avx512_bf16,
-    amx_int8,
     arm_dot_product,
     wasm_simd128,
 };
@@ -44,10 +41,6 @@ inline bool has_feature(cpu_feature feature) {
         case cpu_feature::avx512:
             return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
         case cpu_feature::avx512_vnni: return __builtin_cpu_supports("avx512vnni");
-        case cpu_feature::avx512_bf16: return __builtin_cpu_supports("avx512bf16");
-#endif
-#if LDI_HAS_AMX_KERNELS
-        case cpu_feature::amx_int8: return may_use_amx();
 #endif
 #if LDI_HAS_ARM_KERNELS
         case cpu_feature::arm_dot_product: return has_dot_product_extension();

@@ -11,13 +11,6 @@
 #define LDI_HAS_X86_KERNELS 0
 #endif
 
-// AMX: 64 bits only, and Linux alone has a way of asking for its registers.
-#if LDI_HAS_X86_KERNELS && defined(__x86_64__) && defined(__linux__)
-#define LDI_HAS_AMX_KERNELS 1
-#else
-#define LDI_HAS_AMX_KERNELS 0
-#endif
-
 #if defined(__AARCH64EL__) && defined(__GNUC__)
 #define LDI_HAS_ARM_KERNELS 1
 #include <arm_neon.h>
@@ -54,8 +47,6 @@
 #define LDI_AVX2_FEATURES "avx2,fma"
 #define LDI_AVX_VNNI_FEATURES "avx2,fma,avxvnni"
 #define LDI_AVX512VNNI_FEATURES "avx2,fma,avx512f,avx512bw,avx512vl,avx512vnni"
-#define LDI_AVX512BF16_FEATURES LDI_AVX512VNNI_FEATURES ",avx512bf16"
-#define LDI_AMX_FEATURES LDI_AVX512VNNI_FEATURES ",amx-tile,amx-int8"
 #endif
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)

@@ -20,7 +20,7 @@ struct gemm_u8_weights {
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
-    buffer<std::int8_t> narrow;   ///< AVX2, VNNI, AMX: the same, or its negative, see `fast`; NEON: see `output`
+    buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
     buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
     requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
@@ -46,10 +46,10 @@ struct gemm_u8_kernel {
 
 namespace detail {
 
-/// Inputs that the instructions at the heart of VNNI, NEON and AMX multiply together.
+/// Inputs that the instructions at the heart of VNNI and NEON multiply together.
 inline constexpr std::size_t gemm_group = 4;
 
-/// How many times so many inputs there are, the last perhaps in part.
+/// Number of groups of four inputs, rounded up.
 constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm_group - 1) / gemm_group; }
 
 /// Panel by panel, segment by segment, four inputs by four inputs: vectors of `lanes` outputs x 4 inputs, zero where there are

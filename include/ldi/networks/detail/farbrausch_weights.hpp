@@ -30,12 +30,6 @@ template <>
 struct farbrausch_input<float> {};
 
 template <>
-struct farbrausch_input<bfloat16> {
-    static constexpr bfloat16 zero() { return {}; }
-    bfloat16 operator()(float value) const { return to_bfloat16(value); }
-};
-
-template <>
 struct farbrausch_input<std::uint8_t> {
     quantization values;
 
@@ -76,16 +70,6 @@ public:
     farbrausch_convolutions<conv_f32_weights> float32() const {
         return pack_all<conv_f32_weights>([&](const layer& l, const values& weights, const values& bias) {
             return pack_convolution(target_, weights, bias, l.kernel, l.after);
-        });
-    }
-
-    farbrausch_convolutions<conv_bf16_weights> bfloat16() const {
-        if (!multiplies_bfloat16(target_))
-            raise(error_code::unsupported, where(),
-                  "float32 or int8, because no instructions of this set multiply bfloat16 numbers",
-                  "bfloat16 with " + std::string(to_string(target_)));
-        return pack_all<conv_bf16_weights>([&](const layer& l, const values& weights, const values& bias) {
-            return pack_bfloat16_convolution(target_, weights, bias, l.kernel, l.after);
         });
     }
 

@@ -1,12 +1,11 @@
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
-// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32,
-// bytes, or bfloat16 where a processor multiplies these.
+// after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32
+// or bytes.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/kernels/requantize.hpp>
@@ -47,15 +46,6 @@ inline conv_f32_weights pack_convolution(isa target, std::span<const float> weig
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
-}
-
-/// The same in the order that conv_bf16() reads, rounded to bfloat16.
-///
-/// target  one that multiplies_bfloat16()
-inline conv_bf16_weights pack_bfloat16_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
-                                                   std::int32_t kernel_size, activation after) {
-    const std::size_t k = static_cast<std::size_t>(kernel_size);
-    return pack_conv_bf16(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
 /// What the bytes of a source stand for.

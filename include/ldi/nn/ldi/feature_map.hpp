@@ -17,7 +17,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 /// Somebody else's feature map, possibly through a map of pixels: nearest upsampling without writing it out.
 ///
-/// Value  float, or what the weights' kernel reads: bfloat16 or std::uint8_t
+/// Value  float or std::uint8_t, as the weights' kernel reads it
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels

@@ -5,7 +5,6 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
-#include <ldi/kernels/conv_bf16.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/kernels/conv_u8.hpp>
 #include <ldi/nn/ldi/convolution_plan.hpp>
@@ -27,12 +26,6 @@ inline void multiply(const conv_f32_weights& weights, const float* const* rows, 
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
 }
-template <class Result>
-void multiply(const conv_bf16_weights& weights, const bfloat16* const* rows, std::size_t pixel_stride, std::size_t pixels,
-              const float* ratios, Result* result) {
-    conv_bf16(weights, rows, pixel_stride, pixels, ratios, result);
-}
-
 template <class Result>
 void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
               const float* ratios, Result* result) {
