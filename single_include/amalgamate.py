@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes single_include/ldi/ldi.hpp: include/ldi/ldi.hpp with every <ldi/...> header that it reaches pasted in once.
+"""Writes single_include/ldi/ldi.hpp: include/ldi/ldi.hpp with every <ldi/...> header that it reaches pasted in once,
+and those in generic/ wherever an instruction set includes them.
 
     amalgamate.py                  writes the file
     amalgamate.py --check          fails if the committed file is not what would be written
@@ -54,11 +55,18 @@ class Header:
             match = INCLUDE_LINE.match(line)
             self.included.append(match.group(1) if match else None)
             self.conditions.append(tuple(open_conditions))
-        if not any(PRAGMA_ONCE.match(line) for line in self.lines):
+        if self.is_generic():
+            if any(self.included) or any(PRAGMA_ONCE.match(line) for line in self.lines):
+                sys.exit(f"{name}: what is pasted once per instruction set includes nothing and has no #pragma once")
+        elif not any(PRAGMA_ONCE.match(line) for line in self.lines):
             sys.exit(f"{name}: has no #pragma once")
 
+    def is_generic(self):
+        """Whether each instruction set includes it inside its own namespace and target region."""
+        return "/generic/" in self.name
+
     def ldi_includes(self):
-        return [(i, c) for i, c in zip(self.included, self.conditions) if i and i.startswith("ldi/")]
+        return [(i, c) for i, c in zip(self.included, self.conditions) if i and i.startswith("ldi/") and "/generic/" not in i]
 
 
 class Amalgamation:
@@ -87,6 +95,10 @@ class Amalgamation:
         body = []
         for line, included, here in zip(header.lines, header.included, header.conditions):
             if PRAGMA_ONCE.match(line) or (included and included in self.system):
+                continue
+            if included and "/generic/" in included:
+                self.done[included] = ()
+                body += self.header(included).lines
                 continue
             if included and included.startswith("ldi/"):
                 if here:

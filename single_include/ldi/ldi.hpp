@@ -4766,7 +4766,7 @@ inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -12
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t depthwise_most_channels = 32;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
 /// The weights of one channel in one column, still to be multiplied.
 struct depthwise_rest {
@@ -4785,7 +4785,7 @@ struct depthwise_rest {
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
         std::size_t channel[32];
         for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
         buffer<depthwise_rest> rest;
@@ -4833,11 +4833,16 @@ struct depthwise_vectors {
     __m256i v[4];
 };
 
+/// Existing channels of each 16.
+using depthwise_lanes = std::size_t;
+
+inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
+
 /// The three rows at `channels` channels of each of 32 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
-    std::size_t held;  ///< of 16 channels
+    depthwise_lanes held;
 
     /// 16 channels.
     [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
@@ -4911,7 +4916,7 @@ private:
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
-    std::size_t held;
+    depthwise_lanes held;
     requantizer requantize;
 
     [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
@@ -4926,34 +4931,46 @@ struct depthwise_result {
     }
 };
 
+// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
+// namespace and target region, after its primitives:
+//
+//   depthwise_max_channels      channels of a full unit
+//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
+//   depthwise_lanes             the channels that exist, from existing_lanes()
+//   depthwise_rows<channels>    loads columns
+//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
+//   depthwise_result<channels>  requantizes and stores
+
 /// Computes one unit.
-template <std::size_t channels, bool has_further_terms>
+template <std::size_t channels, class Sums>
 struct depthwise_run {
-    detail::depthwise_stretches<32 / channels> stretches;
-    depthwise_sums<has_further_terms> packed;
-    std::size_t pixel_stride, held;
+    static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
+
+    detail::depthwise_stretches<stretch_count> stretches;
+    Sums packed;
+    std::size_t pixel_stride;
+    depthwise_lanes lanes;
 
     /// all  pixels to be cut into stretches
-    depthwise_run(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums, std::size_t first_channel,
-                  std::size_t all)
+    depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
           packed(sums),
           pixel_stride(call.weights.channels),
-          held(pixel_stride < 16 ? pixel_stride : 16) {}
+          lanes(existing_lanes(pixel_stride)) {}
 
     depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        return {stretches.at(column, scale), held};
+        return {stretches.at(column, scale), lanes};
     }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), held}; }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
     depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, held, requantizer(stretches.call.weights.fast)};
-        for (std::size_t s = 0; s < 32 / channels; ++s) found.at[s] = stretches.result(s, scale);
+        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
 
     /// Each column ends one window, is the middle of the next and begins the one after it.
     void stride_1() const {
-        const depthwise_sums<has_further_terms> sums = packed;
+        const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
@@ -4973,7 +4990,7 @@ struct depthwise_run {
 
     /// Of two columns, both end a window, the first as its middle; the second begins the next.
     void stride_2() const {
-        const depthwise_sums<has_further_terms> sums = packed;
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
@@ -4992,7 +5009,7 @@ struct depthwise_run {
     /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
     /// around its own halves, and begins the one around the first half of the column behind it.
     void enlarged_twice() const {
-        const depthwise_sums<has_further_terms> sums = packed;
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
@@ -5014,7 +5031,7 @@ struct depthwise_run {
 
     /// Any stride and repetition: three columns for each window.
     void any() const {
-        const depthwise_sums<has_further_terms> sums = packed;
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
@@ -5025,10 +5042,9 @@ struct depthwise_run {
     }
 };
 
-template <std::size_t channels, bool has_further_terms>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
-                              std::size_t first_channel) {
-    using run = depthwise_run<channels, has_further_terms>;
+template <std::size_t channels, class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel) {
+    using run = depthwise_run<channels, Sums>;
     const std::size_t stride = call.weights.stride, result_width = call.result_width();
     if (stride == 1 && call.repeat == 1)
         run(call, sums, first_channel, call.width).stride_1();
@@ -5040,9 +5056,10 @@ inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwis
         run(call, sums, first_channel, result_width).any();
 }
 
-template <bool has_further_terms>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
-                              const detail::depthwise_unit& unit) {
+template <class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
+    if constexpr (depthwise_max_channels == 64)
+        if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
     if (unit.channels == 32)
         depthwise_u8_unit<32>(call, sums, unit.first);
     else
@@ -5056,7 +5073,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     const std::int32_t* bias = weights.bias.data();
     const std::uint32_t* terms = weights.order.data();
     for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
         if (*terms == 1)
             depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
         else
@@ -5087,14 +5104,14 @@ LDI_END_TARGET
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
 
 /// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
 /// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
         std::size_t channel[64];
         for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
         for (std::size_t column = 0; column < 3; ++column)
@@ -5114,11 +5131,18 @@ struct depthwise_vectors {
     __m512i v[4];
 };
 
+/// The lanes of existing channels, in units of 16.
+using depthwise_lanes = __mmask16;
+
+inline depthwise_lanes existing_lanes(std::size_t channels) {
+    return static_cast<__mmask16>(first_bytes(channels < 16 ? channels : 16));
+}
+
 /// The three rows at `channels` channels of each of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
-    __mmask16 mask;  ///< of the channels that exist, in units of 16
+    depthwise_lanes mask;
 
     /// 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
@@ -5149,7 +5173,7 @@ struct depthwise_rows {
     }
 };
 
-/// The weights of one unit and what its incomplete windows have summed up to.
+/// The weights of one unit.
 struct depthwise_sums {
     __m512i weights[12];
     const std::int32_t* bias;
@@ -5190,7 +5214,7 @@ private:
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
-    __mmask16 mask;
+    depthwise_lanes mask;
     requantizer requantize;
 
     [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
@@ -5210,35 +5234,46 @@ struct depthwise_result {
     }
 };
 
+// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
+// namespace and target region, after its primitives:
+//
+//   depthwise_max_channels      channels of a full unit
+//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
+//   depthwise_lanes             the channels that exist, from existing_lanes()
+//   depthwise_rows<channels>    loads columns
+//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
+//   depthwise_result<channels>  requantizes and stores
+
 /// Computes one unit.
-template <std::size_t channels>
+template <std::size_t channels, class Sums>
 struct depthwise_run {
-    detail::depthwise_stretches<64 / channels> stretches;
-    depthwise_sums packed;
+    static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
+
+    detail::depthwise_stretches<stretch_count> stretches;
+    Sums packed;
     std::size_t pixel_stride;
-    __mmask16 mask;
+    depthwise_lanes lanes;
 
     /// all  pixels to be cut into stretches
-    depthwise_run(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
-                  std::size_t first_channel, std::size_t all)
+    depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
         : stretches(call, first_channel, all),
-          packed(weights, bias),
+          packed(sums),
           pixel_stride(call.weights.channels),
-          mask(static_cast<__mmask16>(first_bytes(pixel_stride < 16 ? pixel_stride : 16))) {}
+          lanes(existing_lanes(pixel_stride)) {}
 
     depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        return {stretches.at(column, scale), mask};
+        return {stretches.at(column, scale), lanes};
     }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), mask}; }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
     depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, mask, requantizer(stretches.call.weights.fast)};
-        for (std::size_t s = 0; s < 64 / channels; ++s) found.at[s] = stretches.result(s, scale);
+        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
         return found;
     }
 
     /// Each column ends one window, is the middle of the next and begins the one after it.
     void stride_1() const {
-        const depthwise_sums sums = packed;  // in registers
+        const Sums sums = packed;  // in registers
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(1);
@@ -5258,7 +5293,7 @@ struct depthwise_run {
 
     /// Of two columns, both end a window, the first as its middle; the second begins the next.
     void stride_2() const {
-        const depthwise_sums sums = packed;  // in registers
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 2);
         const depthwise_result<channels> result = result_at(1);
@@ -5277,7 +5312,7 @@ struct depthwise_run {
     /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
     /// around its own halves, and begins the one around the first half of the column behind it.
     void enlarged_twice() const {
-        const depthwise_sums sums = packed;  // in registers
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_rows<channels> rows = rows_at(0, 1);
         const depthwise_result<channels> result = result_at(2);
@@ -5299,7 +5334,7 @@ struct depthwise_run {
 
     /// Any stride and repetition: three columns for each window.
     void any() const {
-        const depthwise_sums sums = packed;  // in registers
+        const Sums sums = packed;
         const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
         const depthwise_result<channels> result = result_at(1);
         for (std::size_t x = 0; x < length; ++x) {
@@ -5310,18 +5345,28 @@ struct depthwise_run {
     }
 };
 
-template <std::size_t channels>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
-                              std::size_t first_channel) {
+template <std::size_t channels, class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel) {
+    using run = depthwise_run<channels, Sums>;
     const std::size_t stride = call.weights.stride, result_width = call.result_width();
     if (stride == 1 && call.repeat == 1)
-        depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
+        run(call, sums, first_channel, call.width).stride_1();
     else if (stride == 2 && call.repeat == 1)
-        depthwise_run<channels>(call, weights, bias, first_channel, result_width).stride_2();
+        run(call, sums, first_channel, result_width).stride_2();
     else if (stride == 1 && call.repeat == 2)
-        depthwise_run<channels>(call, weights, bias, first_channel, call.width).enlarged_twice();
+        run(call, sums, first_channel, call.width).enlarged_twice();
     else
-        depthwise_run<channels>(call, weights, bias, first_channel, result_width).any();
+        run(call, sums, first_channel, result_width).any();
+}
+
+template <class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
+    if constexpr (depthwise_max_channels == 64)
+        if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
+    if (unit.channels == 32)
+        depthwise_u8_unit<32>(call, sums, unit.first);
+    else
+        depthwise_u8_unit<16>(call, sums, unit.first);
 }
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
@@ -5330,12 +5375,8 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     const std::int8_t* values = weights.narrow.data();
     const std::int32_t* bias = weights.bias.data();
     for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
-        switch (unit.channels) {
-            case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
-            case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;
-            default: depthwise_u8_unit<16>(call, values, bias, unit.first); break;
-        }
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, depthwise_sums(values, bias), unit);
         done = unit.end();
     }
 }

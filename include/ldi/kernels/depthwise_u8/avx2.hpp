@@ -27,11 +27,16 @@ struct depthwise_vectors {
     __m256i v[4];
 };
 
+/// Existing channels of each 16.
+using depthwise_lanes = std::size_t;
+
+inline depthwise_lanes existing_lanes(std::size_t channels) { return channels < 16 ? channels : 16; }
+
 /// The three rows at `channels` channels of each of 32 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<32 / channels> position;
-    std::size_t held;  ///< of 16 channels
+    depthwise_lanes held;
 
     /// 16 channels.
     [[gnu::always_inline]] __m128i load_half(const std::uint8_t* from) const {
@@ -105,7 +110,7 @@ private:
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
-    std::size_t held;
+    depthwise_lanes held;
     requantizer requantize;
 
     [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
@@ -120,128 +125,7 @@ struct depthwise_result {
     }
 };
 
-/// Computes one unit.
-template <std::size_t channels, bool has_further_terms>
-struct depthwise_run {
-    detail::depthwise_stretches<32 / channels> stretches;
-    depthwise_sums<has_further_terms> packed;
-    std::size_t pixel_stride, held;
-
-    /// all  pixels to be cut into stretches
-    depthwise_run(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums, std::size_t first_channel,
-                  std::size_t all)
-        : stretches(call, first_channel, all),
-          packed(sums),
-          pixel_stride(call.weights.channels),
-          held(pixel_stride < 16 ? pixel_stride : 16) {}
-
-    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        return {stretches.at(column, scale), held};
-    }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), held}; }
-    depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, held, requantizer(stretches.call.weights.fast)};
-        for (std::size_t s = 0; s < 32 / channels; ++s) found.at[s] = stretches.result(s, scale);
-        return found;
-    }
-
-    /// Each column ends one window, is the middle of the next and begins the one after it.
-    void stride_1() const {
-        const depthwise_sums<has_further_terms> sums = packed;
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
-        for (std::size_t x = 1; x < length; ++x) {
-            column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
-        }
-        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
-    }
-
-    /// Of two columns, both end a window, the first as its middle; the second begins the next.
-    void stride_2() const {
-        const depthwise_sums<has_further_terms> sums = packed;
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 2);
-        const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
-        for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
-            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
-        }
-        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
-    }
-
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
-    void enlarged_twice() const {
-        const depthwise_sums<has_further_terms> sums = packed;
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
-        for (std::size_t x = 1; x < length; ++x) {
-            column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
-        }
-        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
-    }
-
-    /// Any stride and repetition: three columns for each window.
-    void any() const {
-        const depthwise_sums<has_further_terms> sums = packed;
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_result<channels> result = result_at(1);
-        for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
-        }
-    }
-};
-
-template <std::size_t channels, bool has_further_terms>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
-                              std::size_t first_channel) {
-    using run = depthwise_run<channels, has_further_terms>;
-    const std::size_t stride = call.weights.stride, result_width = call.result_width();
-    if (stride == 1 && call.repeat == 1)
-        run(call, sums, first_channel, call.width).stride_1();
-    else if (stride == 2 && call.repeat == 1)
-        run(call, sums, first_channel, result_width).stride_2();
-    else if (stride == 1 && call.repeat == 2)
-        run(call, sums, first_channel, call.width).enlarged_twice();
-    else
-        run(call, sums, first_channel, result_width).any();
-}
-
-template <bool has_further_terms>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const depthwise_sums<has_further_terms>& sums,
-                              const detail::depthwise_unit& unit) {
-    if (unit.channels == 32)
-        depthwise_u8_unit<32>(call, sums, unit.first);
-    else
-        depthwise_u8_unit<16>(call, sums, unit.first);
-}
+#include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -250,7 +134,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     const std::int32_t* bias = weights.bias.data();
     const std::uint32_t* terms = weights.order.data();
     for (std::size_t done = 0; done < weights.channels; bias += 32, ++terms) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
         if (*terms == 1)
             depthwise_u8_unit(call, depthwise_sums<false>{values, bias, 1}, unit);
         else

@@ -12,7 +12,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t depthwise_most_channels = 32;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
 /// The weights of one channel in one column, still to be multiplied.
 struct depthwise_rest {
@@ -31,7 +31,7 @@ struct depthwise_rest {
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
         std::size_t channel[32];
         for (std::size_t i = 0; i < 32; ++i) channel[i] = unit.first + (i % 8 / 4 * 16 + i / 8 * 4 + i % 4) % unit.channels;
         buffer<depthwise_rest> rest;

@@ -20,14 +20,14 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-inline constexpr std::size_t depthwise_most_channels = 64;  ///< of a unit
+inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
 
 /// Unit by unit, column by column of the window, 4 vectors of 16 channels x 4 rows: of each 16 channels that a 128-bit lane
 /// holds, 4 in each vector, as interleaving leaves them and packing four vectors of sums puts them in order.
 inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthwise_source& source) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     for (std::size_t done = 0; done < packed.channels;) {
-        const detail::depthwise_unit unit(packed.channels, done, depthwise_most_channels);
+        const detail::depthwise_unit unit(packed.channels, done, depthwise_max_channels);
         std::size_t channel[64];
         for (std::size_t i = 0; i < 64; ++i) channel[i] = unit.first + (i % 16 / 4 * 16 + i / 16 * 4 + i % 4) % unit.channels;
         for (std::size_t column = 0; column < 3; ++column)
@@ -47,11 +47,18 @@ struct depthwise_vectors {
     __m512i v[4];
 };
 
+/// The lanes of existing channels, in units of 16.
+using depthwise_lanes = __mmask16;
+
+inline depthwise_lanes existing_lanes(std::size_t channels) {
+    return static_cast<__mmask16>(first_bytes(channels < 16 ? channels : 16));
+}
+
 /// The three rows at `channels` channels of each of 64 / channels stretches.
 template <std::size_t channels>
 struct depthwise_rows {
     detail::depthwise_position<64 / channels> position;
-    __mmask16 mask;  ///< of the channels that exist, in units of 16
+    depthwise_lanes mask;
 
     /// 64 bytes of one row.
     [[gnu::always_inline]] __m512i load(std::size_t row, std::size_t offset) const {
@@ -82,7 +89,7 @@ struct depthwise_rows {
     }
 };
 
-/// The weights of one unit and what its incomplete windows have summed up to.
+/// The weights of one unit.
 struct depthwise_sums {
     __m512i weights[12];
     const std::int32_t* bias;
@@ -123,7 +130,7 @@ private:
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
-    __mmask16 mask;
+    depthwise_lanes mask;
     requantizer requantize;
 
     [[gnu::always_inline]] void store(const depthwise_vectors& sums, std::size_t offset) const {
@@ -143,119 +150,7 @@ struct depthwise_result {
     }
 };
 
-/// Computes one unit.
-template <std::size_t channels>
-struct depthwise_run {
-    detail::depthwise_stretches<64 / channels> stretches;
-    depthwise_sums packed;
-    std::size_t pixel_stride;
-    __mmask16 mask;
-
-    /// all  pixels to be cut into stretches
-    depthwise_run(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
-                  std::size_t first_channel, std::size_t all)
-        : stretches(call, first_channel, all),
-          packed(weights, bias),
-          pixel_stride(call.weights.channels),
-          mask(static_cast<__mmask16>(first_bytes(pixel_stride < 16 ? pixel_stride : 16))) {}
-
-    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
-        return {stretches.at(column, scale), mask};
-    }
-    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), mask}; }
-    depthwise_result<channels> result_at(std::size_t scale) const {
-        depthwise_result<channels> found{{}, mask, requantizer(stretches.call.weights.fast)};
-        for (std::size_t s = 0; s < 64 / channels; ++s) found.at[s] = stretches.result(s, scale);
-        return found;
-    }
-
-    /// Each column ends one window, is the middle of the next and begins the one after it.
-    void stride_1() const {
-        const depthwise_sums sums = packed;  // in registers
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        depthwise_vectors current = sums.middle(next, column);
-        next = sums.left(sums.start(), column);
-        for (std::size_t x = 1; x < length; ++x) {
-            column = rows.column(x * pixel_bytes);
-            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
-            current = sums.middle(next, column);
-            next = sums.left(sums.start(), column);
-        }
-        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
-    }
-
-    /// Of two columns, both end a window, the first as its middle; the second begins the next.
-    void stride_2() const {
-        const depthwise_sums sums = packed;  // in registers
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 2);
-        const depthwise_result<channels> result = result_at(1);
-        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
-        for (std::size_t x = 0; x + 1 < length; ++x) {
-            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
-            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
-            result.store(sums.right(current, column), x * pixel_bytes);
-            current = sums.left(sums.start(), column);
-        }
-        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
-        current = sums.middle(current, rows_at(last - 1, 2).column(0));
-        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
-    }
-
-    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
-    /// around its own halves, and begins the one around the first half of the column behind it.
-    void enlarged_twice() const {
-        const depthwise_sums sums = packed;  // in registers
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_rows<channels> rows = rows_at(0, 1);
-        const depthwise_result<channels> result = result_at(2);
-        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
-        depthwise_vectors column = rows.column(0);
-        result.store(sums.right(sums.middle(first, column), column), 0);
-        first = sums.left(sums.start(), column);
-        depthwise_vectors second = sums.middle(first, column);
-        for (std::size_t x = 1; x < length; ++x) {
-            column = rows.column(x * pixel_bytes);
-            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
-            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
-            first = sums.left(sums.start(), column);
-            second = sums.middle(first, column);
-        }
-        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
-        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
-    }
-
-    /// Any stride and repetition: three columns for each window.
-    void any() const {
-        const depthwise_sums sums = packed;  // in registers
-        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
-        const depthwise_result<channels> result = result_at(1);
-        for (std::size_t x = 0; x < length; ++x) {
-            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
-            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
-            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
-        }
-    }
-};
-
-template <std::size_t channels>
-inline void depthwise_u8_unit(const detail::depthwise_call& call, const std::int8_t* weights, const std::int32_t* bias,
-                              std::size_t first_channel) {
-    const std::size_t stride = call.weights.stride, result_width = call.result_width();
-    if (stride == 1 && call.repeat == 1)
-        depthwise_run<channels>(call, weights, bias, first_channel, call.width).stride_1();
-    else if (stride == 2 && call.repeat == 1)
-        depthwise_run<channels>(call, weights, bias, first_channel, result_width).stride_2();
-    else if (stride == 1 && call.repeat == 2)
-        depthwise_run<channels>(call, weights, bias, first_channel, call.width).enlarged_twice();
-    else
-        depthwise_run<channels>(call, weights, bias, first_channel, result_width).any();
-}
+#include <ldi/kernels/depthwise_u8/generic/walk.hpp>
 
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -263,12 +158,8 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     const std::int8_t* values = weights.narrow.data();
     const std::int32_t* bias = weights.bias.data();
     for (std::size_t done = 0; done < weights.channels; values += 12 * 64, bias += 64) {
-        const detail::depthwise_unit unit(weights.channels, done, depthwise_most_channels);
-        switch (unit.channels) {
-            case 64: depthwise_u8_unit<64>(call, values, bias, unit.first); break;
-            case 32: depthwise_u8_unit<32>(call, values, bias, unit.first); break;
-            default: depthwise_u8_unit<16>(call, values, bias, unit.first); break;
-        }
+        const detail::depthwise_unit unit(weights.channels, done, depthwise_max_channels);
+        depthwise_u8_unit(call, depthwise_sums(values, bias), unit);
         done = unit.end();
     }
 }

@@ -1,0 +1,134 @@
+// The walk of depthwise_u8/avx2.hpp and depthwise_u8/avx512vnni.hpp along a row. Each of them includes this file inside its
+// namespace and target region, after its primitives:
+//
+//   depthwise_max_channels      channels of a full unit
+//   depthwise_vectors           one column of the window, interleaved, or one sum for each channel
+//   depthwise_lanes             the channels that exist, from existing_lanes()
+//   depthwise_rows<channels>    loads columns
+//   depthwise_sums              the weights of a unit: start() is the bias; left(), middle() and right() add a column
+//   depthwise_result<channels>  requantizes and stores
+
+/// Computes one unit.
+template <std::size_t channels, class Sums>
+struct depthwise_run {
+    static constexpr std::size_t stretch_count = depthwise_max_channels / channels;
+
+    detail::depthwise_stretches<stretch_count> stretches;
+    Sums packed;
+    std::size_t pixel_stride;
+    depthwise_lanes lanes;
+
+    /// all  pixels to be cut into stretches
+    depthwise_run(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel, std::size_t all)
+        : stretches(call, first_channel, all),
+          packed(sums),
+          pixel_stride(call.weights.channels),
+          lanes(existing_lanes(pixel_stride)) {}
+
+    depthwise_rows<channels> rows_at(std::ptrdiff_t column, std::size_t scale) const {
+        return {stretches.at(column, scale), lanes};
+    }
+    depthwise_rows<channels> rows_at_tap(std::size_t x, std::size_t tap) const { return {stretches.at_tap(x, tap), lanes}; }
+    depthwise_result<channels> result_at(std::size_t scale) const {
+        depthwise_result<channels> found{{}, lanes, requantizer(stretches.call.weights.fast)};
+        for (std::size_t s = 0; s < stretch_count; ++s) found.at[s] = stretches.result(s, scale);
+        return found;
+    }
+
+    /// Each column ends one window, is the middle of the next and begins the one after it.
+    void stride_1() const {
+        const Sums sums = packed;  // in registers
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors next = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        depthwise_vectors current = sums.middle(next, column);
+        next = sums.left(sums.start(), column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(current, column), (x - 1) * pixel_bytes);
+            current = sums.middle(next, column);
+            next = sums.left(sums.start(), column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(current, column), (length - 1) * pixel_bytes);
+    }
+
+    /// Of two columns, both end a window, the first as its middle; the second begins the next.
+    void stride_2() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 2);
+        const depthwise_result<channels> result = result_at(1);
+        depthwise_vectors current = sums.left(sums.start(), rows_at(-1, 2).column(0));
+        for (std::size_t x = 0; x + 1 < length; ++x) {
+            current = sums.middle(current, rows.column(2 * x * pixel_bytes));
+            const depthwise_vectors column = rows.column((2 * x + 1) * pixel_bytes);
+            result.store(sums.right(current, column), x * pixel_bytes);
+            current = sums.left(sums.start(), column);
+        }
+        const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(2 * length) - 1;
+        current = sums.middle(current, rows_at(last - 1, 2).column(0));
+        result.store(sums.right(current, rows_at(last, 2).column(0)), (length - 1) * pixel_bytes);
+    }
+
+    /// Every column counts twice: it ends the window around the second half of the column before it, is two thirds of the windows
+    /// around its own halves, and begins the one around the first half of the column behind it.
+    void enlarged_twice() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_rows<channels> rows = rows_at(0, 1);
+        const depthwise_result<channels> result = result_at(2);
+        depthwise_vectors first = sums.left(sums.start(), rows_at(-1, 1).column(0));
+        depthwise_vectors column = rows.column(0);
+        result.store(sums.right(sums.middle(first, column), column), 0);
+        first = sums.left(sums.start(), column);
+        depthwise_vectors second = sums.middle(first, column);
+        for (std::size_t x = 1; x < length; ++x) {
+            column = rows.column(x * pixel_bytes);
+            result.store(sums.right(second, column), (2 * x - 1) * pixel_bytes);
+            result.store(sums.right(sums.middle(first, column), column), 2 * x * pixel_bytes);
+            first = sums.left(sums.start(), column);
+            second = sums.middle(first, column);
+        }
+        column = rows_at(static_cast<std::ptrdiff_t>(length), 1).column(0);
+        result.store(sums.right(second, column), (2 * length - 1) * pixel_bytes);
+    }
+
+    /// Any stride and repetition: three columns for each window.
+    void any() const {
+        const Sums sums = packed;
+        const std::size_t length = stretches.length, pixel_bytes = pixel_stride;
+        const depthwise_result<channels> result = result_at(1);
+        for (std::size_t x = 0; x < length; ++x) {
+            depthwise_vectors sum = sums.left(sums.start(), rows_at_tap(x, 0).column(0));
+            sum = sums.middle(sum, rows_at_tap(x, 1).column(0));
+            result.store(sums.right(sum, rows_at_tap(x, 2).column(0)), x * pixel_bytes);
+        }
+    }
+};
+
+template <std::size_t channels, class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, std::size_t first_channel) {
+    using run = depthwise_run<channels, Sums>;
+    const std::size_t stride = call.weights.stride, result_width = call.result_width();
+    if (stride == 1 && call.repeat == 1)
+        run(call, sums, first_channel, call.width).stride_1();
+    else if (stride == 2 && call.repeat == 1)
+        run(call, sums, first_channel, result_width).stride_2();
+    else if (stride == 1 && call.repeat == 2)
+        run(call, sums, first_channel, call.width).enlarged_twice();
+    else
+        run(call, sums, first_channel, result_width).any();
+}
+
+template <class Sums>
+inline void depthwise_u8_unit(const detail::depthwise_call& call, const Sums& sums, const detail::depthwise_unit& unit) {
+    if constexpr (depthwise_max_channels == 64)
+        if (unit.channels == 64) return depthwise_u8_unit<64>(call, sums, unit.first);
+    if (unit.channels == 32)
+        depthwise_u8_unit<32>(call, sums, unit.first);
+    else
+        depthwise_u8_unit<16>(call, sums, unit.first);
+}
