@@ -49,6 +49,19 @@ struct arguments {
 inline constexpr const char* program_version = "photo3d " LDI_PROGRAM_VERSION;
 inline constexpr const char *depth_weights = "tiefenrausch_small.safetensors", *inpainting_weights = "farbrausch.safetensors";
 
+inline void describe_compression(CLI::App& app, compression_choice& c) {
+    CLI::Option* compress = app.add_flag(
+        "--compress", c.is_wanted,
+        "GLB and page of fewer bytes, for viewers that know EXT_meshopt_compression: three.js, Babylon.js and others of the web");
+    app.add_option(
+           "--compressed-texture", c.texture,
+           "of a compressed GLB: webp, a quarter smaller at the same quality, for viewers that know EXT_texture_webp; jpeg; "
+           "or both, for all of them")
+        ->check(CLI::IsMember({"webp", "jpeg", "both"}))
+        ->needs(compress)
+        ->capture_default_str();
+}
+
 /// The options of a run over many photos.
 inline void describe_batch(CLI::App& app, arguments& a) {
     CLI::Option* batch = app.add_flag(

@@ -1,4 +1,4 @@
-// `photo3d --compress`: what is asked for, and the file that it makes of the plain one.
+// The compressed GLB that `photo3d --compress` and the Python package's glb(compress=True) write.
 #pragma once
 
 #if defined(LDI_WITH_COMPRESSION)
@@ -8,8 +8,6 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -25,26 +23,12 @@ struct compression_choice {
     std::string texture = "webp";
 };
 
-inline void describe_compression(CLI::App& app, compression_choice& c) {
-    CLI::Option* compress = app.add_flag(
-        "--compress", c.is_wanted,
-        "GLB and page of fewer bytes, for viewers that know EXT_meshopt_compression: three.js, Babylon.js and others of the web");
-    app.add_option(
-           "--compressed-texture", c.texture,
-           "of a compressed GLB: webp, a quarter smaller at the same quality, for viewers that know EXT_texture_webp; jpeg; "
-           "or both, for all of them")
-        ->check(CLI::IsMember({"webp", "jpeg", "both"}))
-        ->needs(compress)
-        ->capture_default_str();
-}
-
-/// To be called before the work. Raises invalid_option where the program was built without what it takes.
+/// Raises invalid_option if compression is wanted and the libraries it needs were missing at build time. Call it before the work.
 inline void check_compression([[maybe_unused]] const compression_choice& c) {
 #if !defined(LDI_WITH_COMPRESSION)
     if (c.is_wanted)
-        raise(error_code::invalid_option, "--compress",
-              "a photo3d that was built with meshoptimizer and libwebp (Debian: libmeshoptimizer-dev, libwebp-dev)",
-              "one that was built without");
+        raise(error_code::invalid_option, "compress",
+              "ldi built with meshoptimizer and libwebp (Debian: libmeshoptimizer-dev, libwebp-dev)", "ldi built without them");
 #endif
 }
 

@@ -160,6 +160,12 @@ inline int rim_width(const alignment_options& options, float sample_size) {
     return sample_size > 1.0F ? static_cast<int>(std::lround(options.uncertainty * sample_size)) : 0;
 }
 
+inline void check(const photo3d_options& options) {
+    if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
+              std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
+}
+
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
 template <executor Executor>
 image<float> resample_estimate(const image<float>& estimated, const image<std::uint8_t>& photo, const photo3d_options& options,
@@ -187,25 +193,34 @@ inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_hei
     return options;
 }
 
-/// photo      H x W x 3, at least one pixel
-/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
+/// A photo as it is worked on, with its depth.
+struct cleaned_photo {
+    image<std::uint8_t> photo;  ///< H x W x 3, no larger than options.long_side
+    image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
+    image<float> resampled;     ///< H x W x 1, before cleaning
+    image<float> disparity;     ///< H x W x 1, cleaned
+    depth_range range;          ///< the distances that its disparities stand for
+};
+
+/// Estimates and cleans the depth of a photo: the stages "depth estimation", "depth filter" and "connected components".
+///
+/// photo  H x W x 3, at least one pixel
 ///
 /// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
-template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
-photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
-                     const photo3d_options& options = {}, Executor&& threads = {}) {
+template <depth_estimator Estimator, executor Executor = const serial_executor>
+cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
+                          Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     LDI_ASSERT(!photo.empty() && photo.channels() == 3);
-    if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
-        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
-              std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
-    photo3d result;
+    detail::check(options);
+    cleaned_photo result;
     progress.report("depth estimation", 0.0F);
     normalize_options normalize_with = options.normalize;
     normalize_with.relative_step =
         (std::max)(normalize_with.relative_step, static_cast<float>(estimator.quantization_step()) - 1.0F);
     normalized_disparity normalized = normalize(estimator.disparity(photo, progress, threads), normalize_with);
     result.estimated = std::move(normalized.disparity);
+    result.range = normalized.range;
     result.photo = detail::shrink_photo(photo, options.long_side, threads);
     progress.report("depth estimation", 1.0F);
 
@@ -219,21 +234,65 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("connected components", 0.0F);
     merge_middle_components(result.disparity, options.surface, detail::scaled(options.components, sample_size));
     progress.report("connected components", 1.0F);
+    return result;
+}
+
+/// The layer that a photo becomes, and its silhouettes.
+struct lifted_photo {
+    photo_layer layer;  ///< the colors beside silhouettes are unmixed, or marked as unknown
+    buffer<discontinuity_curve> curves;
+    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
+    uncertain_rims rims;        ///< set aside until the hidden surfaces have their colors
+};
+
+/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options.
+template <executor Executor = const serial_executor>
+lifted_photo lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+    detail::check(options);
+    const float sample_size = detail::sample_size(photo.estimated, photo.photo);
+    lifted_photo result{lift(photo.photo, photo.disparity, options.surface, threads), {}, {}, {}};
+    pinhole_camera& camera = result.layer.camera;
+    camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, camera.width, camera.height);
+    result.layer.range = photo.range;
+    result.curves = find_discontinuity_curves(result.layer, detail::scaled(options.curves, sample_size));
+    close_spurious_discontinuities(result.layer, result.curves);
+    result.matte = unmix_colors(result.layer, options.mixed_colors);
+    result.rims = set_aside_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    return result;
+}
+
+/// Gives the hidden surfaces their colors, and the rims theirs back.
+///
+/// rims       of lift_photo()
+/// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
+template <color_inpainter Inpainter, executor Executor = const serial_executor>
+void inpaint_hidden(photo_layers& layers, const uncertain_rims& rims, const Inpainter& inpainter,
+                    const photo3d_options& options = {}, Executor&& threads = {}) {
+    inpainter.inpaint(layers, options.progress, threads);
+    add_texture(layers, options.texture, options.grain);
+    put_back(layers, rims);
+}
+
+/// photo      H x W x 3, at least one pixel
+/// inpainter  as for inpaint_hidden()
+///
+/// Raises what the stages raise.
+template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
+                     const photo3d_options& options = {}, Executor&& threads = {}) {
+    const progress_listener& progress = options.progress;
+    cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
 
     progress.report("occluded geometry", 0.0F);
-    photo_layer lifted = lift(result.photo, result.disparity, options.surface, threads);
-    lifted.camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, lifted.camera.width, lifted.camera.height);
-    lifted.range = normalized.range;
-    result.curves = find_discontinuity_curves(lifted, detail::scaled(options.curves, sample_size));
-    close_spurious_discontinuities(lifted, result.curves);
-    result.matte = unmix_colors(lifted, options.mixed_colors);
-    const uncertain_rims rims = set_aside_rims(lifted, detail::rim_width(options.alignment, sample_size));
-    result.layers = expand(std::move(lifted), result.curves, options.expand, progress);
+    lifted_photo lifted = lift_photo(cleaned, options, threads);
+    photo3d result;
+    result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
+    result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
+    result.curves = std::move(lifted.curves), result.matte = std::move(lifted.matte);
+    result.layers = expand(std::move(lifted.layer), result.curves, options.expand, progress);
 
     progress.report("color inpainting", 0.0F);
-    inpainter.inpaint(result.layers, progress, threads);
-    add_texture(result.layers, options.texture, options.grain);
-    put_back(result.layers, rims);
+    inpaint_hidden(result.layers, lifted.rims, inpainter, options, threads);
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);
