@@ -16,23 +16,26 @@ target_include_directories(ldi_development INTERFACE "${PROJECT_SOURCE_DIR}")
 target_compile_definitions(ldi_development INTERFACE
     LDI_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     LDI_SHARED_DIR="${PROJECT_SOURCE_DIR}/../shared")
-find_package(nlohmann_json REQUIRED)  # what the programs write and what benchmarks read
+find_package(nlohmann_json QUIET)  # what the programs write and what benchmarks read
 target_link_libraries(ldi_development INTERFACE ldi::io nlohmann_json::nlohmann_json)
 
 # What photo3d --compress needs. Without it the program is built without that option's work.
 find_package(meshoptimizer CONFIG QUIET)
-find_path(LDI_WEBP_INCLUDE_DIR webp/encode.h)
-find_library(LDI_WEBP_LIBRARY webp)
-mark_as_advanced(LDI_WEBP_INCLUDE_DIR LDI_WEBP_LIBRARY)
-if(TARGET meshoptimizer::meshoptimizer AND LDI_WEBP_INCLUDE_DIR AND LDI_WEBP_LIBRARY)
+find_package(LdiReaders REQUIRED)
+ldi_has(ldi_has_compression "photo3d --compress" meshoptimizer::meshoptimizer=libmeshoptimizer-dev ldi_readers::libwebp=libwebp-dev)
+if(ldi_has_compression)
     add_library(ldi_compression INTERFACE)
-    target_include_directories(ldi_compression SYSTEM INTERFACE "${LDI_WEBP_INCLUDE_DIR}")
-    target_link_libraries(ldi_compression INTERFACE meshoptimizer::meshoptimizer "${LDI_WEBP_LIBRARY}")
+    target_link_libraries(ldi_compression INTERFACE meshoptimizer::meshoptimizer ldi_readers::libwebp)
     target_compile_definitions(ldi_compression INTERFACE LDI_WITH_COMPRESSION)
 endif()
 
+# Each needed by some tests, benchmarks or lessons.
+find_package(Eigen3 CONFIG QUIET)
+find_package(xtensor QUIET)
+find_package(benchmark QUIET)
+find_package(Python3 QUIET COMPONENTS Interpreter)
+
 if(LDI_TEST_SINGLE_INCLUDE)
-    find_package(Python3 REQUIRED COMPONENTS Interpreter)
     set(forward "${PROJECT_BINARY_DIR}/single_include_forward")
     execute_process(
         COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/single_include/amalgamate.py" --forward "${forward}"

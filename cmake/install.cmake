@@ -12,7 +12,7 @@ set(models_dir "${CMAKE_INSTALL_DATADIR}/ldi/models")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples/models/" DESTINATION "${models_dir}" FILES_MATCHING PATTERN "*.safetensors")
 install(TARGETS ldi EXPORT ldiTargets)
 install(EXPORT ldiTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
-if(LDI_BUILD_IO)
+if(TARGET ldi_io)
     install(TARGETS ldi_io EXPORT ldiIoTargets)
     install(EXPORT ldiIoTargets NAMESPACE ldi:: DESTINATION "${package_dir}")
     install(FILES cmake/Findstb.cmake cmake/Findlibexif.cmake cmake/Findprotozero.cmake cmake/FindLdiReaders.cmake

@@ -11,11 +11,19 @@ target_include_directories(ldi INTERFACE
 target_link_libraries(ldi INTERFACE Threads::Threads)
 
 if(LDI_BUILD_IO)
-    find_package(stb REQUIRED)
-    find_package(PNG REQUIRED)
-    find_package(libexif REQUIRED)
-    find_package(protozero REQUIRED)
+    find_package(stb QUIET)
+    find_package(PNG QUIET)
+    find_package(libexif QUIET)
+    find_package(protozero QUIET)
+    set(ldi_needs_io
+        stb::stb=libstb-dev PNG::PNG=libpng-dev libexif::libexif=libexif-dev protozero::protozero=libprotozero-dev)
+    ldi_has(ldi_has_io "ldi::io" ${ldi_needs_io})
+endif()
+if(LDI_BUILD_IO AND ldi_has_io)
     find_package(LdiReaders REQUIRED)
+    foreach(reader IN LISTS LdiReaders_MISSING)
+        ldi_leave_out("ldi::io's use of ${reader}" ${LdiReaders_PACKAGE_OF_${reader}})
+    endforeach()
 
     add_library(ldi_io INTERFACE)
     add_library(ldi::io ALIAS ldi_io)

@@ -1,6 +1,9 @@
-# Sourced by .ci/run and by the scripts of tests/ and examples/: finds out what is missing on this machine and installs it.
+#!/usr/bin/env bash
+# Finds out what is missing on this machine and installs it. Sourced by .ci/run and by the scripts of tests/ and examples/. By hand:
 #
-#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME", "module NAME"
+#   scripts/requirements.sh GROUP...      build io photo3d video viewer lessons bench tests clang ...: what needs_GROUP below lists
+#
+#   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME" (or "header NAME|OTHER"), "module NAME"
 #                     for one of the system's Python, "shared NAME" for a shared library, or "library NAME" for one that belongs to
 #                     clang.
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
@@ -18,9 +21,15 @@ readonly needs_io=(
     "header lcms2.h;liblcms2-dev" "header pugixml.hpp;libpugixml-dev")
 readonly needs_photo3d=("header CLI/CLI.hpp;libcli11-dev" "header nlohmann/json.hpp;nlohmann-json3-dev"
     "header meshoptimizer.h;libmeshoptimizer-dev" "header webp/encode.h;libwebp-dev")
-readonly needs_tests=("header catch2/catch.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
+readonly needs_video=("command ffmpeg;ffmpeg")
+readonly needs_lessons=("header nlohmann/json.hpp;nlohmann-json3-dev" "header eigen3/Eigen/Core;libeigen3-dev"
+    "header xtensor/xtensor.hpp;libxtensor-dev" "header benchmark/benchmark.h;libbenchmark-dev" "command python3;python3")
+readonly needs_tests=("header catch2/catch.hpp|catch2/catch_all.hpp;catch2" "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev"
     "header tiny_gltf.h;libtinygltf-dev" "header zlib.h;zlib1g-dev" "header benchmark/benchmark.h;libbenchmark-dev"
     "command python3;python3" "command ffmpeg;ffmpeg" "command pkg-config;pkg-config")
+readonly needs_peers=("module torch;python3-torch" "module onnx;python3-onnx" "module cv2;python3-opencv" "command node;nodejs"
+    "command npm;npm" "command taskset;util-linux" "header benchmark/benchmark.h;libbenchmark-dev")
+readonly needs_fresh=("command mmdebstrap;mmdebstrap" "command python3;python3" "command git;git")
 readonly needs_bench=("header benchmark/benchmark.h;libbenchmark-dev" "header CGAL/version.h;libcgal-dev"
     "header eigen3/Eigen/Core;libeigen3-dev" "header xtensor/xtensor.hpp;libxtensor-dev" "command python3;python3")
 readonly needs_validator=("command node;nodejs" "command npm;npm")
@@ -49,7 +58,7 @@ missing_needs() {
         read -r kind name <<<"${need%%;*}"
         case $kind in
             command) command -v "$name" >/dev/null || printf '%s\n' "$need" ;;
-            header) headers+="#if !__has_include(<$name>)"$'\n'"$need"$'\n'"#endif"$'\n' ;;
+            header) headers+="#if !__has_include(<${name/|/>) && !__has_include(<}>)"$'\n'"$need"$'\n'"#endif"$'\n' ;;
             module) /usr/bin/python3 -c "import $name" 2>/dev/null || printf '%s\n' "$need" ;;
             shared) compgen -G "/usr/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
             library) compgen -G "/usr/lib/llvm-*/lib/clang/*/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
@@ -96,3 +105,15 @@ install_npm_packages() {
         npm ci --prefix "$1" --no-audit --no-fund >&2
     fi
 }
+
+if [ "${BASH_SOURCE[0]}" = "$0" ]; then
+    set -euo pipefail
+    for group in "$@"; do
+        if ! declare -p "needs_$group" >/dev/null 2>&1; then
+            printf 'There is no group %s; there are %s\n' "$group" "$(compgen -v needs_ | sed 's/^needs_//' | paste -sd ' ')" >&2
+            exit 1
+        fi
+        declare -n needs=needs_$group
+        require "${needs[@]}"
+    done
+fi

@@ -19,10 +19,9 @@ skip() {
     exit 0
 }
 [[ -d $root/../shared/tiefenrausch ]] || skip "there is no ../shared with the published network"
-for tool in node npm taskset "$python" "${CXX:-g++}"; do
-    command -v "$tool" >/dev/null || skip "$tool is not installed"
-done
-"$python" -c 'import torch, onnx' 2>/dev/null || skip "needs python3-torch and python3-onnx"
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_io[@]}" "${needs_peers[@]}" >&2
 
 mkdir -p "$PEERS_OUT"
 if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
@@ -31,8 +30,8 @@ if [[ ! -d $PEERS_OUT/node_modules/onnxruntime-node ]]; then
 fi
 if [[ ! -f $ours || -n $(find "$root/include" "$root/bench" -newer "$ours" -name '*.[ch]pp' -print -quit) ]]; then
     "${CXX:-g++}" -std=c++20 -O2 -DNDEBUG -I"$root/include" -I"$root" -I/usr/include/stb -DLDI_SOURCE_DIR="\"$root\"" \
-        -DLDI_SHARED_DIR="\"$root/../shared\"" "$root/bench/nn/ldi_convolution.cpp" -o "$ours" -lbenchmark_main -lbenchmark \
-        -lpthread -lexif -lpng -lz -ltinygltf
+        -DLDI_SHARED_DIR="\"$root/../shared\"" "$root/bench/nn/ldi/convolution.cpp" -o "$ours" -lbenchmark_main -lbenchmark \
+        -lpthread -lexif -lpng -lz
 fi
 
 processor=$(taskset -cp $$ | sed 's/.*[ ,-]//')  # the last one that we may use

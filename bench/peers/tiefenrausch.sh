@@ -17,10 +17,9 @@ skip() {
     exit 0
 }
 [[ -d $peers && -d $peers/../tiefenrausch ]] || skip "there is no ../shared with the published network"
-for tool in node npm taskset "$python" "${CXX:-g++}"; do
-    command -v "$tool" >/dev/null || skip "$tool is not installed"
-done
-"$python" -c 'import torch, onnx, cv2' 2>/dev/null || skip "needs python3-torch, python3-onnx and python3-opencv"
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_weight_files[@]}" "${needs_peers[@]}" >&2
 
 mkdir -p "$PEERS_OUT"
 [[ -f $PEERS_OUT/qlinear_u8s8.onnx ]] || "$python" "$peers/build_models.py" >/dev/null

@@ -18,9 +18,9 @@ skip() {
     exit 0
 }
 [[ -d $shared/peers && -d $shared/tiefenrausch ]] || skip "there is no ../shared with the published network"
-for tool in em++ node npm taskset; do
-    command -v "$tool" >/dev/null || skip "$tool is not installed"
-done
+# shellcheck source=scripts/requirements.sh
+source "$root/scripts/requirements.sh"
+require "${needs_weight_files[@]}" "${needs_webassembly[@]}" "command npm;npm" "command taskset;util-linux" >&2
 
 peers=()
 packages="$PEERS_OUT/webassembly"

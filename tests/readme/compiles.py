@@ -4,21 +4,19 @@
     compiles.py COMPILER [FLAG...]
 """
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
-includes, statements, inside = [], [], False
-for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines():
-    if line.startswith("## "):
-        inside = line == "## Use it from C++"
-    elif inside and line.startswith("    ") and not line.startswith("    find_package") and not line.startswith("    target_"):
-        (includes if line.strip().startswith("#include") else statements).append(line)
-statements = [line for line in statements if not line.strip().startswith("# ")]
+page = (ROOT / "README.md").read_text(encoding="utf-8")
+lines = [line for block in re.findall(r"^```cpp\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for line in block.splitlines() if line]
+includes = [line for line in lines if line.startswith("#include")]
+statements = [line for line in lines if not line.startswith("#include")]
 if len(includes) < 3 or len(statements) < 6:
-    sys.exit("README.md has no C++ lines under '## Use it from C++' any more")
+    sys.exit("README.md has no C++ lines any more")
 
 program = "\n".join([
     *includes, "#include <span>",

@@ -1,0 +1,34 @@
+# Parts of the project that lack a package are left out, with one line each that names the package.
+#
+#   ldi_leave_out(PART PACKAGE...)      says that PART is left out for want of these packages
+#   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that a find_package() before has defined, and Debian's package
+#                                       for it. Sets RESULT to true if all the targets are there, else leaves PART out.
+
+set(LDI_REQUIRED "" CACHE STRING "Regular expression: parts that must not be left out; . for all of them")
+
+function(ldi_leave_out part)
+    list(JOIN ARGN ", " packages)
+    set(severity STATUS)
+    if(LDI_REQUIRED AND part MATCHES "${LDI_REQUIRED}")
+        set(severity SEND_ERROR)
+    endif()
+    message(${severity} "Left out: ${part} (missing packages, by their names in Debian: ${packages})")
+endfunction()
+
+function(ldi_has result part)
+    set(missing "")
+    foreach(need IN LISTS ARGN)
+        string(REPLACE "=" ";" need "${need}")
+        list(GET need 0 target)
+        list(GET need 1 package)
+        if(NOT TARGET ${target})
+            list(APPEND missing ${package})
+        endif()
+    endforeach()
+    if(missing)
+        ldi_leave_out("${part}" ${missing})
+        set(${result} FALSE PARENT_SCOPE)
+    else()
+        set(${result} TRUE PARENT_SCOPE)
+    endif()
+endfunction()
