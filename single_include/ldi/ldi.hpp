@@ -1151,10 +1151,11 @@ inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
 /// as the neighbor's own path does: pixels can be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
+    constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n != no_pixel && parent[n] != no_pixel) return parent[n];
+            if (n != no_pixel && parent[n] >= 0) return parent[n];
         }
         return no_pixel;
     };
@@ -1174,7 +1175,9 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
         for (const adoption& a : ring)
             for (side s : all_sides) {
                 const std::int32_t n = g.neighbor(a.pixel, s);
-                if (n != no_pixel && parent[n] == no_pixel) next.push_back({n, parent_beside(n)});
+                if (n == no_pixel || parent[n] != no_pixel) continue;
+                next.push_back({n, parent_beside(n)});
+                parent[n] = pending;
             }
         std::swap(ring, next);
     }
@@ -10649,36 +10652,36 @@ inline image_components find_components(image_view<const float> disparity, surfa
     return found;
 }
 
-// The pixels of one small component.
-struct small_component {
-    std::int32_t label = 0, columns = 0;
-    buffer<pixel_run> runs;
-
-    template <class Visit>
-    void for_each_pixel(Visit&& visit) const {
-        for (const pixel_run& r : runs)
-            for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
-    }
+// The components that are small, and their runs.
+struct small_components {
+    buffer<std::int32_t> labels;
+    buffer<pixel_run> runs;         // component by component
+    buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
 // The components with fewer pixels than `smallest_size`, in the order of their first pixels.
-inline buffer<small_component> find_small_components(const image_components& components, std::int32_t smallest_size) {
-    buffer<std::int32_t> size, small_index;
+inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
+    buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (label >= size.count()) size.push_back(0);  // labels are in the order of first runs
-        size[label] += components.runs[r].size();
+        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // labels are in the order of first runs
+        size[label] += components.runs[r].size(), ++run_count[label];
     }
-    buffer<small_component> result;
-    small_index.assign(size.size(), -1);
+    small_components result;
+    buffer<std::size_t> next(size.size());  // the place of a component's next run
+    std::size_t total = 0;
+    for (std::int32_t label = 0; label < size.count(); ++label) {
+        if (size[label] >= smallest_size) continue;
+        result.labels.push_back(label);
+        result.first_run.push_back(total);
+        next[label] = total;
+        total += static_cast<std::size_t>(run_count[label]);
+    }
+    result.first_run.push_back(total);
+    result.runs.resize(total);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (size[label] >= smallest_size) continue;
-        if (small_index[label] < 0) {
-            small_index[label] = result.count();
-            result.push_back({label, components.columns, {}});
-        }
-        result[small_index[label]].runs.push_back(components.runs[r]);
+        if (size[label] < smallest_size) result.runs[next[label]++] = components.runs[r];
     }
     return result;
 }
@@ -10686,21 +10689,23 @@ inline buffer<small_component> find_small_components(const image_components& com
 // Merges one component after the other.
 class component_merger {
 public:
-    component_merger(const image_components& components, image_view<float> disparity)
-        : components_(components), disparity_(disparity) {}
+    component_merger(const image_components& components, const small_components& small, image_view<float> disparity)
+        : components_(components), small_(small), disparity_(disparity) {
+        if (!small.labels.empty()) reached_.resize(disparity.height() * disparity.width());
+    }
 
     // False if the component is no middle value and stays.
-    bool merge(const small_component& component) {
+    bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
                          [&](std::int32_t x, std::int32_t y, float other) { ++(other > disparity_(y, x) ? nearer : farther); });
         if (nearer == 0 || farther == 0) return false;
         const bool to_nearer = nearer > farther;
-        pending_.clear();
+        queue_.clear();
         for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > disparity_(y, x)) == to_nearer) pending_.push_back({x, y, other});
+            if ((other > disparity_(y, x)) == to_nearer) reach(x, y, other);
         });
-        spread(component.label);
+        spread(small_.labels[component]);
         return true;
     }
 
@@ -10721,38 +10726,37 @@ private:
 
     // Every pixel side on the component's boundary, with the disparity across it.
     template <class Visit>
-    void for_each_contact(const small_component& component, Visit&& visit) const {
-        component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
-            for_each_neighbor(x, y, [&](std::int32_t u, std::int32_t v) {
-                if (components_.at(u, v) != component.label) visit(x, y, disparity_(v, u));
-            });
-        });
+    void for_each_contact(std::size_t component, Visit&& visit) const {
+        const std::int32_t columns = components_.columns, label = small_.labels[component];
+        for (std::size_t r = small_.first_run[component]; r < small_.first_run[component + 1]; ++r)
+            for (std::int32_t i = small_.runs[r].first; i < small_.runs[r].last; ++i)
+                for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
+                    if (components_.at(u, v) != label) visit(i % columns, i / columns, disparity_(v, u));
+                });
     }
 
-    // Breadth first from the pending pixels on: a pixel of the component takes the value that reaches it first.
-    void spread(std::int32_t label) {
-        done_.clear();
-        while (!pending_.empty()) {
-            next_.clear();
-            for (const assignment& a : pending_) {
-                if (is_done(a.x, a.y)) continue;
-                done_.emplace_back(a.x, a.y);
-                disparity_(a.y, a.x) = a.disparity;
-                for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
-                    if (components_.at(u, v) == label && !is_done(u, v)) next_.push_back({u, v, a.disparity});
-                });
-            }
-            pending_.swap(next_);
-        }
+    // A pixel takes the value that reaches it first.
+    void reach(std::int32_t x, std::int32_t y, float disparity) {
+        std::uint8_t& reached = reached_[std::int64_t{y} * components_.columns + x];
+        if (reached == 0) reached = 1, queue_.push_back({x, y, disparity});
     }
-    bool is_done(std::int32_t x, std::int32_t y) const {
-        return std::find(done_.begin(), done_.end(), std::pair{x, y}) != done_.end();
+
+    // Breadth first from the reached pixels on.
+    void spread(std::int32_t label) {
+        for (std::size_t i = 0; i < queue_.size(); ++i) {
+            const assignment a = queue_[i];
+            disparity_(a.y, a.x) = a.disparity;
+            for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
+                if (components_.at(u, v) == label) reach(u, v, a.disparity);
+            });
+        }
     }
 
     const image_components& components_;
+    const small_components& small_;
     image_view<float> disparity_;
-    buffer<assignment> pending_, next_;
-    buffer<std::pair<std::int32_t, std::int32_t>> done_;
+    buffer<assignment> queue_;
+    buffer<std::uint8_t> reached_;  // of each pixel of the photo
 };
 
 }  // namespace detail
@@ -10765,9 +10769,10 @@ private:
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    detail::component_merger merger(components, disparity);
+    const detail::small_components small = detail::find_small_components(components, options.smallest_size);
+    detail::component_merger merger(components, small, disparity);
     std::size_t merged = 0;
-    for (const detail::small_component& c : detail::find_small_components(components, options.smallest_size))
+    for (std::size_t c = 0; c < small.labels.size(); ++c)
         if (merger.merge(c)) ++merged;
     return merged;
 }
@@ -11981,24 +11986,27 @@ struct swept_pixel {
 // Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
-    const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.x < b.x; });
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    const auto first = [](float least, std::int32_t count) {
-        return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count)));
+    // The first row, or column, whose middle does not lie before a place.
+    const auto first_from = [](float place, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
     };
-    const auto end = [](float most, std::int32_t count) {
-        return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count)));
-    };
-    for (std::int32_t y = first(top->y, height); y < end(bottom->y, height); ++y)
-        for (std::int32_t x = first(left->x, width); x < end(right->x, width); ++x) {
-            const float at_x = nearest_float(x) + 0.5F, at_y = nearest_float(y) + 0.5F;
-            bool inside = false;
-            for (std::size_t i = 0; i < 4; ++i) {
-                const point a = corners[i], b = corners[(i + 1) % 4];
-                if ((a.y <= at_y) != (b.y <= at_y) && at_x < a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x)) inside = !inside;
-            }
-            if (inside) swept.push_back({y * width + x, of_side});
+    for (std::int32_t y = first_from(top->y, height), end = first_from(bottom->y, height); y < end; ++y) {
+        const float at_y = nearest_float(y) + 0.5F;
+        std::array<float, 4> crossings{};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const point a = corners[i], b = corners[(i + 1) % 4];
+            if ((a.y <= at_y) == (b.y <= at_y)) continue;
+            const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
+            std::size_t place = count++;  // sorted
+            for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
+            crossings[place] = crossing;
         }
+        for (std::size_t i = 0; i + 1 < count; i += 2)
+            for (std::int32_t x = first_from(crossings[i], width), last = first_from(crossings[i + 1], width); x < last; ++x)
+                swept.push_back({y * width + x, of_side});
+    }
 }
 
 // The pixels that a curve passes over on its way, once, or there and back and there again.
@@ -12479,7 +12487,7 @@ class expansion {
 public:
     expansion(graph& base, const buffer<float>& disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
               float motion)
-        : pixels_(base, disparity), surface_(surface), curves_(curves), fronts_(curves.size()), reach_(base.size(), 0.0F) {
+        : pixels_(base, disparity), surface_(surface), curves_(curves), reach_(base.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
         for (const discontinuity_curve& curve : curves)
             for (const discontinuity& d : curve.sides) {
@@ -12502,21 +12510,25 @@ public:
     }
 
     void run_iteration(int iteration) {
-        for (std::size_t c = 0; c < curves_.size(); ++c) {
-            created_.clear();
-            if (iteration == 0) {
+        created_.clear();
+        if (iteration == 0) {
+            for (std::size_t c = 0; c < curves_.size(); ++c)
                 for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
-            } else {
-                for (std::int32_t pixel : fronts_[c])
-                    for (side s : all_sides) grow(c, pixel, s);
-            }
-            fronts_[c].swap(created_);
+        } else {
+            for (const front_pixel& f : front_)
+                for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
+        front_.swap(created_);
     }
 
 private:
     // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
     static constexpr float margin = 1.5F;
+
+    struct front_pixel {
+        std::size_t curve;
+        std::int32_t pixel;
+    };
 
     // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
@@ -12556,7 +12568,7 @@ private:
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && surface_.same_surface(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back(made);
+        created_.push_back({curve, made});
     }
 
     // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
@@ -12598,10 +12610,9 @@ private:
     hidden_pixels pixels_;
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
-    buffer<buffer<std::int32_t>> fronts_;  // the newest pixels of each curve
-    buffer<std::int32_t> created_;
-    buffer<float> reach_;     // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;  // the largest of each curve
+    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
+    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
+    buffer<float> farthest_;               // the largest of each curve
 };
 
 }  // namespace detail
@@ -13159,6 +13170,7 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
+        if (rings.back().empty()) return;  // nothing known lies behind
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
@@ -13169,14 +13181,13 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
-        for (std::int32_t outer : rings[d + 1]) {
-            if (marks[outer] != mark::refillable) continue;
+        for (std::int32_t outer : rings[d + 1])
             for (side s : all_sides) {
                 const std::int32_t neighbor = g.neighbor(outer, s);
-                if (neighbor != no_pixel && marks[neighbor] == mark::visited) accepted.push_back(neighbor);
+                if (neighbor == no_pixel || marks[neighbor] != mark::visited) continue;
+                marks[neighbor] = mark::refillable;
+                accepted.push_back(neighbor);
             }
-        }
-        for (std::int32_t pixel : accepted) marks[pixel] = mark::refillable;
         rings[d].swap(accepted);
     }
     for (std::size_t d = 0; d + 1 < rings.size(); ++d)
@@ -16075,7 +16086,7 @@ public:
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
         std::sort(events_.begin(), events_.end());
-        active_.clear();
+        start_sweep();
         for (std::size_t i = 0; i < events_.size(); ++i) {
             const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
@@ -16086,9 +16097,10 @@ public:
         }
     }
 
-    /// The same for edges with fresh[v] != 0 against all others.
+    /// The same for edges with fresh[v] != 0 against all others, where those are known not to meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
+        if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
         assign(shape);
         const std::int32_t count = shape.outline_count;
         edges_.clear();
@@ -16120,6 +16132,16 @@ private:
         lattice_point at, from, to;
     };
 
+    /// An edge in one of the columns of the plane that it touches.
+    struct entry {
+        std::int32_t edge, next;
+    };
+    /// Up to so many fresh edges are compared with all others faster than a sweep is done.
+    static constexpr std::int32_t max_fresh = 16;
+    /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
+    /// row within one.
+    static constexpr int column_shift = 4;
+
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
     std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
@@ -16137,19 +16159,33 @@ private:
         return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
     }
 
+    void start_sweep() {
+        std::int32_t right = 0;
+        for (std::int32_t v = 0; v < shape_->outline_count; ++v) right = (std::max)(right, point(v).x);
+        columns_.assign(static_cast<std::size_t>(right >> column_shift) + 1, -1);
+        entries_.clear(), edges_.clear();
+    }
+
+    /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
-        for (std::size_t i = 0; i < active_.size();) {
-            const edge& f = active_[i];
-            if (f.bottom < e.top) {
-                active_[i] = active_.back();
-                active_.pop_back();
-                continue;
+        const std::int32_t index = edges_.count();
+        edges_.push_back(e);
+        for (std::int32_t column = e.left >> column_shift; column <= e.right >> column_shift; ++column) {
+            for (std::int32_t* link = &columns_[column]; *link >= 0;) {
+                const edge& f = edges_[entries_[*link].edge];
+                if (f.bottom < e.top) {
+                    *link = entries_[*link].next;
+                    continue;
+                }
+                // Two edges may share several columns: the first of them counts.
+                const bool is_first = column == (std::max)(e.left, f.left) >> column_shift;
+                if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
+                link = &entries_[*link].next;
             }
-            if (f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
-            ++i;
+            entries_.push_back({index, columns_[column]});
+            columns_[column] = entries_.count() - 1;
         }
-        active_.push_back(e);
     }
 
     template <class Report>
@@ -16206,7 +16242,9 @@ private:
     const polygon* shape_ = nullptr;
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
-    buffer<edge> edges_, active_;
+    buffer<edge> edges_;
+    buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
+    buffer<entry> entries_;
 };
 
 }  // namespace ldi::detail
@@ -17415,24 +17453,33 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
+    // Where the next vertex and triangle of each sheet go: all are sorted by their sheets.
+    buffer<mesh_part> next(layout.sizes.size() + 1);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;
+    for (std::size_t s = 1; s < next.size(); ++s) {
+        next[s].first_vertex += next[s - 1].first_vertex;
+        next[s].first_triangle += next[s - 1].first_triangle;
+    }
     textured_mesh moved;
+    moved.parts.assign(next.begin(), next.end() - 1);
+    moved.positions.resize(mesh.positions.size(), unset);
+    moved.texture_coordinates.resize(mesh.texture_coordinates.size(), unset);
+    moved.pixels.resize(mesh.pixels.size(), unset);
+    moved.triangles.resize(mesh.triangles.size(), unset);
     buffer<std::uint32_t> place(mesh.vertex_count());
-    for (std::size_t sheet = 0; sheet < layout.sizes.size(); ++sheet) {
-        moved.parts.push_back({moved.vertex_count(), moved.triangle_count()});
-        for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-            if (sheet_of(v) != sheet) continue;
-            place[v] = static_cast<std::uint32_t>(moved.vertex_count());
-            const float* const position = mesh.positions.data() + 3 * v;
-            moved.positions.append(position, position + 3);
-            const std::array<float, 2> uv =
-                coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
-            moved.texture_coordinates.append(uv.begin(), uv.end());
-            moved.pixels.push_back(mesh.pixels[v]);
-        }
-        for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
-            if (sheet_of(mesh.triangles[i]) != sheet) continue;
-            for (std::size_t k = 0; k < 3; ++k) moved.triangles.push_back(place[mesh.triangles[i + k]]);
-        }
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+        const std::size_t to = next[sheet_of(v)].first_vertex++;
+        place[v] = static_cast<std::uint32_t>(to);
+        std::copy_n(mesh.positions.data() + 3 * v, 3, moved.positions.data() + 3 * to);
+        const std::array<float, 2> uv =
+            coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
+        std::copy_n(uv.data(), 2, moved.texture_coordinates.data() + 2 * to);
+        moved.pixels[to] = mesh.pixels[v];
+    }
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+        const std::size_t to = 3 * next[sheet_of(mesh.triangles[i])].first_triangle++;
+        for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
     return moved;

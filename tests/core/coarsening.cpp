@@ -2,6 +2,7 @@
 #include <ldi/core/components.hpp>
 #include <ldi/core/validate.hpp>
 
+#include "tests/support/counted_memory.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -243,4 +244,19 @@ TEST_CASE("coarsening does not depend on the order of pixels") {
                         before.kept[static_cast<std::size_t>(b)]);
         }
     });
+}
+
+TEST_CASE("orphans that are reached over many paths are queued once") {
+    // Every pixel at even x and y is a surface of its own, but for one in the middle: the rest, a grid of thin strips, has its
+    // only coarse pixel there.
+    constexpr std::int32_t size = 81;
+    graph g = make_grid(size, size);
+    for (std::int32_t i = 0; i < g.count(); ++i)
+        if (is_kept(g, i) && (g.x[i] != 40 || g.y[i] != 40))
+            for (const side s : all_sides) g.unlink(i, s);
+    testing::counted_memory own;
+    own.limit = 200 * g.size();
+    const memory_scope scope(own.source);
+    const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
+    CHECK(std::count(result.parent.begin(), result.parent.end(), no_pixel) == 0);
 }

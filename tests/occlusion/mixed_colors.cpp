@@ -1,5 +1,6 @@
 #include <ldi/occlusion/mixed_colors.hpp>
 
+#include "tests/support/counted_memory.hpp"
 #include "tests/support/lifted_scene.hpp"
 
 #include <catch2/catch.hpp>
@@ -173,4 +174,24 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
         }
         for (std::uint8_t r : reached) REQUIRE(r == 1);
     }
+}
+
+TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take memory for each pixel once") {
+    ldi::image<float> disparity(128, 128);
+    for (std::size_t y = 0; y < 128; ++y)
+        for (std::size_t x = 0; x < 128; ++x) disparity(y, x) = x + y / 2 < 90 ? 0.2F : 0.8F;
+    ldi::photo_layer layer = ldi::test::lift_disparity(disparity);
+    ldi::testing::counted_memory own;
+    own.limit = 400 * layer.size();
+    const ldi::memory_scope scope(own.source);
+    ldi::mixed_color_options options;
+    options.foreground_margin = options.background_margin = 48;
+    ldi::unmix_colors(layer, options);
+    const auto& known = layer.column<ldi::known_column>();
+    CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
+    // A margin without an end has no known pixel behind it, so that all stay.
+    layer = ldi::test::lift_disparity(disparity);
+    options.foreground_margin = options.background_margin = 1 << 30;
+    ldi::unmix_colors(layer, options);
+    CHECK(std::count(layer.column<ldi::known_column>().begin(), layer.column<ldi::known_column>().end(), 0) == 0);
 }

@@ -9,19 +9,20 @@
 
 namespace ldi::testing {
 
-/// Counts what is out, the most of it at any time, and how often it was asked, and says no from the `most`-th call on. May be
-/// asked by any thread.
+/// Counts what is out, the most of it at any time, all that was ever asked for, and how often. Says no from the `most`-th call
+/// on, and to what would take more than `limit` bytes at a time. May be asked by any thread.
 struct counted_memory {
     std::mutex mutex;
-    std::size_t blocks = 0, bytes = 0, peak = 0, calls = 0, most = static_cast<std::size_t>(-1);
+    std::size_t blocks = 0, bytes = 0, peak = 0, allocated = 0, calls = 0;
+    std::size_t most = static_cast<std::size_t>(-1), limit = static_cast<std::size_t>(-1);
     memory source{this, &allocate, &release};
 
     static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
         counted_memory& self = *static_cast<counted_memory*>(context);
         {
             const std::lock_guard lock(self.mutex);
-            if (self.calls++ >= self.most) return nullptr;
-            ++self.blocks, self.bytes += bytes;
+            if (self.calls++ >= self.most || self.bytes + bytes > self.limit) return nullptr;
+            ++self.blocks, self.bytes += bytes, self.allocated += bytes;
             self.peak = self.bytes > self.peak ? self.bytes : self.peak;
         }
         return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);

@@ -110,10 +110,11 @@ inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
 /// as the neighbor's own path does: pixels can be settled in the order of their distance.
 inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
+    constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
             const std::int32_t n = g.neighbor(pixel, s);
-            if (n != no_pixel && parent[n] != no_pixel) return parent[n];
+            if (n != no_pixel && parent[n] >= 0) return parent[n];
         }
         return no_pixel;
     };
@@ -133,7 +134,9 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
         for (const adoption& a : ring)
             for (side s : all_sides) {
                 const std::int32_t n = g.neighbor(a.pixel, s);
-                if (n != no_pixel && parent[n] == no_pixel) next.push_back({n, parent_beside(n)});
+                if (n == no_pixel || parent[n] != no_pixel) continue;
+                next.push_back({n, parent_beside(n)});
+                parent[n] = pending;
             }
         std::swap(ring, next);
     }

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -88,36 +87,36 @@ inline image_components find_components(image_view<const float> disparity, surfa
     return found;
 }
 
-// The pixels of one small component.
-struct small_component {
-    std::int32_t label = 0, columns = 0;
-    buffer<pixel_run> runs;
-
-    template <class Visit>
-    void for_each_pixel(Visit&& visit) const {
-        for (const pixel_run& r : runs)
-            for (std::int32_t i = r.first; i < r.last; ++i) visit(i % columns, i / columns);
-    }
+// The components that are small, and their runs.
+struct small_components {
+    buffer<std::int32_t> labels;
+    buffer<pixel_run> runs;         // component by component
+    buffer<std::size_t> first_run;  // component i has runs [first_run[i], first_run[i + 1])
 };
 
 // The components with fewer pixels than `smallest_size`, in the order of their first pixels.
-inline buffer<small_component> find_small_components(const image_components& components, std::int32_t smallest_size) {
-    buffer<std::int32_t> size, small_index;
+inline small_components find_small_components(const image_components& components, std::int32_t smallest_size) {
+    buffer<std::int32_t> size, run_count;
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (label >= size.count()) size.push_back(0);  // labels are in the order of first runs
-        size[label] += components.runs[r].size();
+        if (label >= size.count()) size.push_back(0), run_count.push_back(0);  // labels are in the order of first runs
+        size[label] += components.runs[r].size(), ++run_count[label];
     }
-    buffer<small_component> result;
-    small_index.assign(size.size(), -1);
+    small_components result;
+    buffer<std::size_t> next(size.size());  // the place of a component's next run
+    std::size_t total = 0;
+    for (std::int32_t label = 0; label < size.count(); ++label) {
+        if (size[label] >= smallest_size) continue;
+        result.labels.push_back(label);
+        result.first_run.push_back(total);
+        next[label] = total;
+        total += static_cast<std::size_t>(run_count[label]);
+    }
+    result.first_run.push_back(total);
+    result.runs.resize(total);
     for (std::size_t r = 0; r < components.runs.size(); ++r) {
         const std::int32_t label = components.label[r];
-        if (size[label] >= smallest_size) continue;
-        if (small_index[label] < 0) {
-            small_index[label] = result.count();
-            result.push_back({label, components.columns, {}});
-        }
-        result[small_index[label]].runs.push_back(components.runs[r]);
+        if (size[label] < smallest_size) result.runs[next[label]++] = components.runs[r];
     }
     return result;
 }
@@ -125,21 +124,23 @@ inline buffer<small_component> find_small_components(const image_components& com
 // Merges one component after the other.
 class component_merger {
 public:
-    component_merger(const image_components& components, image_view<float> disparity)
-        : components_(components), disparity_(disparity) {}
+    component_merger(const image_components& components, const small_components& small, image_view<float> disparity)
+        : components_(components), small_(small), disparity_(disparity) {
+        if (!small.labels.empty()) reached_.resize(disparity.height() * disparity.width());
+    }
 
     // False if the component is no middle value and stays.
-    bool merge(const small_component& component) {
+    bool merge(std::size_t component) {
         std::int32_t nearer = 0, farther = 0;
         for_each_contact(component,
                          [&](std::int32_t x, std::int32_t y, float other) { ++(other > disparity_(y, x) ? nearer : farther); });
         if (nearer == 0 || farther == 0) return false;
         const bool to_nearer = nearer > farther;
-        pending_.clear();
+        queue_.clear();
         for_each_contact(component, [&](std::int32_t x, std::int32_t y, float other) {
-            if ((other > disparity_(y, x)) == to_nearer) pending_.push_back({x, y, other});
+            if ((other > disparity_(y, x)) == to_nearer) reach(x, y, other);
         });
-        spread(component.label);
+        spread(small_.labels[component]);
         return true;
     }
 
@@ -160,38 +161,37 @@ private:
 
     // Every pixel side on the component's boundary, with the disparity across it.
     template <class Visit>
-    void for_each_contact(const small_component& component, Visit&& visit) const {
-        component.for_each_pixel([&](std::int32_t x, std::int32_t y) {
-            for_each_neighbor(x, y, [&](std::int32_t u, std::int32_t v) {
-                if (components_.at(u, v) != component.label) visit(x, y, disparity_(v, u));
-            });
-        });
+    void for_each_contact(std::size_t component, Visit&& visit) const {
+        const std::int32_t columns = components_.columns, label = small_.labels[component];
+        for (std::size_t r = small_.first_run[component]; r < small_.first_run[component + 1]; ++r)
+            for (std::int32_t i = small_.runs[r].first; i < small_.runs[r].last; ++i)
+                for_each_neighbor(i % columns, i / columns, [&](std::int32_t u, std::int32_t v) {
+                    if (components_.at(u, v) != label) visit(i % columns, i / columns, disparity_(v, u));
+                });
     }
 
-    // Breadth first from the pending pixels on: a pixel of the component takes the value that reaches it first.
-    void spread(std::int32_t label) {
-        done_.clear();
-        while (!pending_.empty()) {
-            next_.clear();
-            for (const assignment& a : pending_) {
-                if (is_done(a.x, a.y)) continue;
-                done_.emplace_back(a.x, a.y);
-                disparity_(a.y, a.x) = a.disparity;
-                for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
-                    if (components_.at(u, v) == label && !is_done(u, v)) next_.push_back({u, v, a.disparity});
-                });
-            }
-            pending_.swap(next_);
-        }
+    // A pixel takes the value that reaches it first.
+    void reach(std::int32_t x, std::int32_t y, float disparity) {
+        std::uint8_t& reached = reached_[std::int64_t{y} * components_.columns + x];
+        if (reached == 0) reached = 1, queue_.push_back({x, y, disparity});
     }
-    bool is_done(std::int32_t x, std::int32_t y) const {
-        return std::find(done_.begin(), done_.end(), std::pair{x, y}) != done_.end();
+
+    // Breadth first from the reached pixels on.
+    void spread(std::int32_t label) {
+        for (std::size_t i = 0; i < queue_.size(); ++i) {
+            const assignment a = queue_[i];
+            disparity_(a.y, a.x) = a.disparity;
+            for_each_neighbor(a.x, a.y, [&](std::int32_t u, std::int32_t v) {
+                if (components_.at(u, v) == label) reach(u, v, a.disparity);
+            });
+        }
     }
 
     const image_components& components_;
+    const small_components& small_;
     image_view<float> disparity_;
-    buffer<assignment> pending_, next_;
-    buffer<std::pair<std::int32_t, std::int32_t>> done_;
+    buffer<assignment> queue_;
+    buffer<std::uint8_t> reached_;  // of each pixel of the photo
 };
 
 }  // namespace detail
@@ -204,9 +204,10 @@ private:
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    detail::component_merger merger(components, disparity);
+    const detail::small_components small = detail::find_small_components(components, options.smallest_size);
+    detail::component_merger merger(components, small, disparity);
     std::size_t merged = 0;
-    for (const detail::small_component& c : detail::find_small_components(components, options.smallest_size))
+    for (std::size_t c = 0; c < small.labels.size(); ++c)
         if (merger.merge(c)) ++merged;
     return merged;
 }

@@ -64,24 +64,33 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     const auto chart_of = [&](std::size_t vertex) { return charts.chart_of[mesh.pixels[vertex]]; };
     const auto sheet_of = [&](std::size_t vertex) { return static_cast<std::size_t>(layout.placements[chart_of(vertex)].sheet); };
 
+    // Where the next vertex and triangle of each sheet go: all are sorted by their sheets.
+    buffer<mesh_part> next(layout.sizes.size() + 1);
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) ++next[sheet_of(v) + 1].first_vertex;
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) ++next[sheet_of(mesh.triangles[i]) + 1].first_triangle;
+    for (std::size_t s = 1; s < next.size(); ++s) {
+        next[s].first_vertex += next[s - 1].first_vertex;
+        next[s].first_triangle += next[s - 1].first_triangle;
+    }
     textured_mesh moved;
+    moved.parts.assign(next.begin(), next.end() - 1);
+    moved.positions.resize(mesh.positions.size(), unset);
+    moved.texture_coordinates.resize(mesh.texture_coordinates.size(), unset);
+    moved.pixels.resize(mesh.pixels.size(), unset);
+    moved.triangles.resize(mesh.triangles.size(), unset);
     buffer<std::uint32_t> place(mesh.vertex_count());
-    for (std::size_t sheet = 0; sheet < layout.sizes.size(); ++sheet) {
-        moved.parts.push_back({moved.vertex_count(), moved.triangle_count()});
-        for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-            if (sheet_of(v) != sheet) continue;
-            place[v] = static_cast<std::uint32_t>(moved.vertex_count());
-            const float* const position = mesh.positions.data() + 3 * v;
-            moved.positions.append(position, position + 3);
-            const std::array<float, 2> uv =
-                coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
-            moved.texture_coordinates.append(uv.begin(), uv.end());
-            moved.pixels.push_back(mesh.pixels[v]);
-        }
-        for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
-            if (sheet_of(mesh.triangles[i]) != sheet) continue;
-            for (std::size_t k = 0; k < 3; ++k) moved.triangles.push_back(place[mesh.triangles[i + k]]);
-        }
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+        const std::size_t to = next[sheet_of(v)].first_vertex++;
+        place[v] = static_cast<std::uint32_t>(to);
+        std::copy_n(mesh.positions.data() + 3 * v, 3, moved.positions.data() + 3 * to);
+        const std::array<float, 2> uv =
+            coordinates.moved(chart_of(v), mesh.texture_coordinates[2 * v], mesh.texture_coordinates[2 * v + 1]);
+        std::copy_n(uv.data(), 2, moved.texture_coordinates.data() + 2 * to);
+        moved.pixels[to] = mesh.pixels[v];
+    }
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+        const std::size_t to = 3 * next[sheet_of(mesh.triangles[i])].first_triangle++;
+        for (std::size_t k = 0; k < 3; ++k) moved.triangles[to + k] = place[mesh.triangles[i + k]];
     }
     moved.soft_edges = mesh.soft_edges;
     return moved;

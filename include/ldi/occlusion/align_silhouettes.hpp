@@ -165,24 +165,27 @@ struct swept_pixel {
 // Appends the pixels whose centers lie in a quadrilateral, which may cross itself.
 inline void sweep(const std::array<point, 4>& corners, std::int32_t width, std::int32_t height, std::int32_t of_side,
                   buffer<swept_pixel>& swept) {
-    const auto [left, right] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.x < b.x; });
     const auto [top, bottom] = std::minmax_element(corners.begin(), corners.end(), [](point a, point b) { return a.y < b.y; });
-    const auto first = [](float least, std::int32_t count) {
-        return static_cast<std::int32_t>(std::clamp(std::floor(least), 0.0F, nearest_float(count)));
+    // The first row, or column, whose middle does not lie before a place.
+    const auto first_from = [](float place, std::int32_t count) {
+        return static_cast<std::int32_t>(std::clamp(std::ceil(place - 0.5F), 0.0F, nearest_float(count)));
     };
-    const auto end = [](float most, std::int32_t count) {
-        return static_cast<std::int32_t>(std::clamp(std::ceil(most), 0.0F, nearest_float(count)));
-    };
-    for (std::int32_t y = first(top->y, height); y < end(bottom->y, height); ++y)
-        for (std::int32_t x = first(left->x, width); x < end(right->x, width); ++x) {
-            const float at_x = nearest_float(x) + 0.5F, at_y = nearest_float(y) + 0.5F;
-            bool inside = false;
-            for (std::size_t i = 0; i < 4; ++i) {
-                const point a = corners[i], b = corners[(i + 1) % 4];
-                if ((a.y <= at_y) != (b.y <= at_y) && at_x < a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x)) inside = !inside;
-            }
-            if (inside) swept.push_back({y * width + x, of_side});
+    for (std::int32_t y = first_from(top->y, height), end = first_from(bottom->y, height); y < end; ++y) {
+        const float at_y = nearest_float(y) + 0.5F;
+        std::array<float, 4> crossings{};
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const point a = corners[i], b = corners[(i + 1) % 4];
+            if ((a.y <= at_y) == (b.y <= at_y)) continue;
+            const float crossing = a.x + (at_y - a.y) / (b.y - a.y) * (b.x - a.x);
+            std::size_t place = count++;  // sorted
+            for (; place > 0 && crossings[place - 1] > crossing; --place) crossings[place] = crossings[place - 1];
+            crossings[place] = crossing;
         }
+        for (std::size_t i = 0; i + 1 < count; i += 2)
+            for (std::int32_t x = first_from(crossings[i], width), last = first_from(crossings[i + 1], width); x < last; ++x)
+                swept.push_back({y * width + x, of_side});
+    }
 }
 
 // The pixels that a curve passes over on its way, once, or there and back and there again.

@@ -35,7 +35,7 @@ class expansion {
 public:
     expansion(graph& base, const buffer<float>& disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
               float motion)
-        : pixels_(base, disparity), surface_(surface), curves_(curves), fronts_(curves.size()), reach_(base.size(), 0.0F) {
+        : pixels_(base, disparity), surface_(surface), curves_(curves), reach_(base.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
         for (const discontinuity_curve& curve : curves)
             for (const discontinuity& d : curve.sides) {
@@ -58,21 +58,25 @@ public:
     }
 
     void run_iteration(int iteration) {
-        for (std::size_t c = 0; c < curves_.size(); ++c) {
-            created_.clear();
-            if (iteration == 0) {
+        created_.clear();
+        if (iteration == 0) {
+            for (std::size_t c = 0; c < curves_.size(); ++c)
                 for (const discontinuity& d : curves_[c].sides) grow(c, d.back, d.towards_front);
-            } else {
-                for (std::int32_t pixel : fronts_[c])
-                    for (side s : all_sides) grow(c, pixel, s);
-            }
-            fronts_[c].swap(created_);
+        } else {
+            for (const front_pixel& f : front_)
+                for (side s : all_sides) grow(f.curve, f.pixel, s);
         }
+        front_.swap(created_);
     }
 
 private:
     // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
     static constexpr float margin = 1.5F;
+
+    struct front_pixel {
+        std::size_t curve;
+        std::int32_t pixel;
+    };
 
     // Grows `pixel` one step to side `s`: links it to the surface that is there already, or makes a pixel.
     void grow(std::size_t curve, std::int32_t pixel, side s) {
@@ -112,7 +116,7 @@ private:
         for (int i = 0; i < 4; ++i)
             if (neighbors[i] != no_pixel && surface_.same_surface(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
-        created_.push_back(made);
+        created_.push_back({curve, made});
     }
 
     // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
@@ -154,10 +158,9 @@ private:
     hidden_pixels pixels_;
     surface_rule surface_;
     std::span<const discontinuity_curve> curves_;
-    buffer<buffer<std::int32_t>> fronts_;  // the newest pixels of each curve
-    buffer<std::int32_t> created_;
-    buffer<float> reach_;     // of each visible pixel: how far its surface grows from there, in pixels
-    buffer<float> farthest_;  // the largest of each curve
+    buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
+    buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
+    buffer<float> farthest_;               // the largest of each curve
 };
 
 }  // namespace detail

@@ -56,6 +56,7 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
     };
     for (std::int32_t pixel : edge) visit(pixel, rings[0]);
     for (int d = 0; d < margin; ++d) {
+        if (rings.back().empty()) return;  // nothing known lies behind
         buffer<std::int32_t> next;
         for (std::int32_t pixel : rings.back())
             for (side s : all_sides)
@@ -66,14 +67,13 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
     for (std::int32_t pixel : rings.back()) marks[pixel] = mark::refillable;
     for (std::size_t d = rings.size() - 1; d-- > 0;) {
         buffer<std::int32_t> accepted;
-        for (std::int32_t outer : rings[d + 1]) {
-            if (marks[outer] != mark::refillable) continue;
+        for (std::int32_t outer : rings[d + 1])
             for (side s : all_sides) {
                 const std::int32_t neighbor = g.neighbor(outer, s);
-                if (neighbor != no_pixel && marks[neighbor] == mark::visited) accepted.push_back(neighbor);
+                if (neighbor == no_pixel || marks[neighbor] != mark::visited) continue;
+                marks[neighbor] = mark::refillable;
+                accepted.push_back(neighbor);
             }
-        }
-        for (std::int32_t pixel : accepted) marks[pixel] = mark::refillable;
         rings[d].swap(accepted);
     }
     for (std::size_t d = 0; d + 1 < rings.size(); ++d)

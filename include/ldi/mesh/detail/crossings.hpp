@@ -21,7 +21,7 @@ public:
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
         std::sort(events_.begin(), events_.end());
-        active_.clear();
+        start_sweep();
         for (std::size_t i = 0; i < events_.size(); ++i) {
             const std::int32_t v = vertex_of(events_[i]), u = before_[v];
             check_visit(v, report);
@@ -32,9 +32,10 @@ public:
         }
     }
 
-    /// The same for edges with fresh[v] != 0 against all others.
+    /// The same for edges with fresh[v] != 0 against all others, where those are known not to meet.
     template <class Report>
     void find_fresh(const polygon& shape, const buffer<std::uint8_t>& fresh, Report& report) {
+        if (std::count(fresh.begin(), fresh.end(), 0) + max_fresh < fresh.count()) return find_all(shape, report);
         assign(shape);
         const std::int32_t count = shape.outline_count;
         edges_.clear();
@@ -66,6 +67,16 @@ private:
         lattice_point at, from, to;
     };
 
+    /// An edge in one of the columns of the plane that it touches.
+    struct entry {
+        std::int32_t edge, next;
+    };
+    /// Up to so many fresh edges are compared with all others faster than a sweep is done.
+    static constexpr std::int32_t max_fresh = 16;
+    /// Columns are 2^4 pixels wide: an outline is nowhere far from the lattice that it follows, so that few of its edges cross a
+    /// row within one.
+    static constexpr int column_shift = 4;
+
     lattice_point point(std::int32_t v) const { return shape_->points[v]; }
     std::int32_t next(std::int32_t v) const { return shape_->next[v]; }
 
@@ -83,19 +94,33 @@ private:
         return {a, b, (std::min)(a.x, b.x), (std::max)(a.x, b.x), (std::min)(a.y, b.y), (std::max)(a.y, b.y), v};
     }
 
+    void start_sweep() {
+        std::int32_t right = 0;
+        for (std::int32_t v = 0; v < shape_->outline_count; ++v) right = (std::max)(right, point(v).x);
+        columns_.assign(static_cast<std::size_t>(right >> column_shift) + 1, -1);
+        entries_.clear(), edges_.clear();
+    }
+
+    /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
-        for (std::size_t i = 0; i < active_.size();) {
-            const edge& f = active_[i];
-            if (f.bottom < e.top) {
-                active_[i] = active_.back();
-                active_.pop_back();
-                continue;
+        const std::int32_t index = edges_.count();
+        edges_.push_back(e);
+        for (std::int32_t column = e.left >> column_shift; column <= e.right >> column_shift; ++column) {
+            for (std::int32_t* link = &columns_[column]; *link >= 0;) {
+                const edge& f = edges_[entries_[*link].edge];
+                if (f.bottom < e.top) {
+                    *link = entries_[*link].next;
+                    continue;
+                }
+                // Two edges may share several columns: the first of them counts.
+                const bool is_first = column == (std::max)(e.left, f.left) >> column_shift;
+                if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
+                link = &entries_[*link].next;
             }
-            if (f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
-            ++i;
+            entries_.push_back({index, columns_[column]});
+            columns_[column] = entries_.count() - 1;
         }
-        active_.push_back(e);
     }
 
     template <class Report>
@@ -152,7 +177,9 @@ private:
     const polygon* shape_ = nullptr;
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
-    buffer<edge> edges_, active_;
+    buffer<edge> edges_;
+    buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
+    buffer<entry> entries_;
 };
 
 }  // namespace ldi::detail

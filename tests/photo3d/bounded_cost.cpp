@@ -1,0 +1,112 @@
+// Memory of the whole way on depth maps that are hard on it, from 16 x 12 samples up to the photo's size. Two counts are
+// bounded: bytes in use at any time during each stage, and bytes ever allocated. Queues live in that memory, so that a pixel that
+// is visited again and again shows in the second count.
+#include "tests/support/counted_memory.hpp"
+#include "tests/support/hard_maps.hpp"
+#include "tests/support/stage_peaks.hpp"
+
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace {
+
+/// Bytes that a stage holds at most, with all that earlier stages made: per pixel of the photo and per hidden pixel behind it.
+struct bound {
+    const char* stage;
+    double per_pixel, per_hidden_pixel;
+};
+constexpr bound bounds[] = {
+    {"depth estimation", 20, 0},    {"depth filter", 120, 0},       {"connected components", 90, 0},
+    {"occluded geometry", 200, 80}, {"color inpainting", 180, 230}, {"chart generation", 70, 100},
+    {"chart padding", 180, 190},    {"meshing", 140, 250},
+};
+
+/// Widths of maps for a photo 128 pixels wide, and of what they show, in samples.
+constexpr std::pair<std::size_t, std::size_t> map_sizes[] = {{16, 1}, {32, 1}, {64, 4}, {128, 1}, {128, 6}};
+
+struct cost {
+    std::vector<ldi::testing::stage_peaks::stage> stages;
+    double pixels = 0, hidden = 0;
+
+    double hidden_per_pixel() const { return hidden / pixels; }
+    /// Per pixel of the layers.
+    double allocated_per_pixel() const {
+        double sum = 0;
+        for (const auto& stage : stages) sum += static_cast<double>(stage.allocated);
+        return sum / (pixels + hidden);
+    }
+    double peak_per_pixel() const {
+        std::size_t peak = 0;
+        for (const auto& stage : stages) peak = std::max(peak, stage.peak);
+        return static_cast<double>(peak) / (pixels + hidden);
+    }
+};
+
+cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t columns, std::size_t unit) {
+    const std::size_t photo_rows = 3 * photo_columns / 4;
+    const ldi::image<std::uint8_t> photo = ldi::test::noisy_photo(photo_rows, photo_columns);
+    ldi::testing::counted_memory own;
+    own.limit = 4000 * photo_rows * photo_columns + (std::size_t{1} << 21);
+    ldi::testing::stage_peaks peaks(own);
+    ldi::photo3d_options options;
+    options.progress = peaks.listener();
+    cost result;
+    const ldi::memory_scope scope(own.source);
+    const ldi::given_disparity depth{ldi::test::hard_map(name, 3 * columns / 4, columns, unit)};
+    const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, options);
+    result.stages = peaks.stages;
+    result.pixels = static_cast<double>(photo_rows * photo_columns);
+    result.hidden = static_cast<double>(made.layers.size()) - result.pixels;
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("no stage takes more memory per pixel than its bound, whatever the depth map") {
+    for (const std::string_view name : ldi::test::hard_maps)
+        for (const auto& [columns, unit] : map_sizes) {
+            const cost c = cost_of(name, 128, columns, unit);
+            REQUIRE(c.stages.size() == std::size(bounds));
+            for (std::size_t i = 0; i < c.stages.size(); ++i) {
+                CAPTURE(name, columns, unit, c.stages[i].name, c.hidden_per_pixel());
+                REQUIRE(c.stages[i].name == bounds[i].stage);
+                CHECK(static_cast<double>(c.stages[i].peak) / c.pixels <
+                      bounds[i].per_pixel + bounds[i].per_hidden_pixel * c.hidden_per_pixel());
+            }
+        }
+}
+
+TEST_CASE("a photo four times as large takes no more memory per pixel of its layers, at any time or in all") {
+    for (const std::string_view name : {"ramp", "checkerboard", "spiral", "stairs", "noise"})
+        for (const auto& [columns, unit] : map_sizes) {
+            CAPTURE(name, columns, unit);
+            const cost small = cost_of(name, 128, columns, unit), large = cost_of(name, 256, 2 * columns, unit);
+            CHECK(large.allocated_per_pixel() < 1.25 * small.allocated_per_pixel());
+            CHECK(large.peak_per_pixel() < 1.25 * small.peak_per_pixel());
+        }
+}
+
+TEST_CASE("tiny and narrow photos take little memory with maps of any size") {
+    for (const auto& [rows, columns] :
+         {std::pair<std::size_t, std::size_t>{1, 1}, {1, 2}, {2, 2}, {1, 60}, {60, 1}, {3, 5}, {17, 16}})
+        for (const auto& [map_rows, map_columns] :
+             {std::pair<std::size_t, std::size_t>{1, 1}, {1, 40}, {40, 1}, {12, 16}, {60, 60}})
+            for (const std::string_view name : {"flat", "checkerboard", "noise"}) {
+                CAPTURE(name, rows, columns, map_rows, map_columns);
+                ldi::testing::counted_memory own;
+                own.limit = 1 << 20;
+                const ldi::memory_scope scope(own.source);
+                const ldi::given_disparity depth{ldi::test::hard_map(name, map_rows, map_columns, 1)};
+                const ldi::photo3d made =
+                    ldi::make_photo3d(ldi::test::noisy_photo(rows, columns), depth, ldi::diffusion_inpainter{});
+                CHECK(made.mesh.triangle_count() >= 2);
+            }
+}
