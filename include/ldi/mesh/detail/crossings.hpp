@@ -20,6 +20,7 @@ public:
     template <class Report>
     void find_all(const polygon& shape, Report& report) {
         assign(shape);
+        if (events_.empty()) return;
         std::sort(events_.begin(), events_.end());
         start_sweep();
         for (std::size_t i = 0; i < events_.size(); ++i) {
@@ -95,18 +96,22 @@ private:
     }
 
     void start_sweep() {
-        std::int32_t right = 0;
-        for (std::int32_t v = 0; v < shape_->outline_count; ++v) right = (std::max)(right, point(v).x);
-        columns_.assign(static_cast<std::size_t>(right >> column_shift) + 1, -1);
+        std::int32_t right = point(0).x;
+        left_ = right;
+        for (std::int32_t v = 1; v < shape_->outline_count; ++v)
+            left_ = (std::min)(left_, point(v).x), right = (std::max)(right, point(v).x);
+        columns_.assign(static_cast<std::size_t>(column_of(right)) + 1, -1);
         entries_.clear(), edges_.clear();
     }
+
+    std::int32_t column_of(std::int32_t x) const { return (x - left_) >> column_shift; }
 
     /// Compares an edge with those that the sweep line crosses in the same columns, and adds it to them.
     template <class Report>
     void enter(const edge& e, Report& report) {
         const std::int32_t index = edges_.count();
         edges_.push_back(e);
-        for (std::int32_t column = e.left >> column_shift; column <= e.right >> column_shift; ++column) {
+        for (std::int32_t column = column_of(e.left); column <= column_of(e.right); ++column) {
             for (std::int32_t* link = &columns_[column]; *link >= 0;) {
                 const edge& f = edges_[entries_[*link].edge];
                 if (f.bottom < e.top) {
@@ -114,7 +119,7 @@ private:
                     continue;
                 }
                 // Two edges may share several columns: the first of them counts.
-                const bool is_first = column == (std::max)(e.left, f.left) >> column_shift;
+                const bool is_first = column == column_of((std::max)(e.left, f.left));
                 if (is_first && f.left <= e.right && e.left <= f.right && collide(e, f)) report.collision(e.vertex, f.vertex);
                 link = &entries_[*link].next;
             }
@@ -178,6 +183,7 @@ private:
     buffer<std::uint64_t> events_;
     buffer<std::int32_t> before_;
     buffer<edge> edges_;
+    std::int32_t left_ = 0;         ///< of all edges
     buffer<std::int32_t> columns_;  ///< the last entry of each column, or -1
     buffer<entry> entries_;
 };
