@@ -1,0 +1,135 @@
+"""Writes trained weights as a safetensors file that the library can load, and checks that what was written computes the same.
+
+    python3 export.py --checkpoint FOLDER/final.pt --photos PHOTOS --out silhouettes.safetensors [--data DATA] [--example FILE]
+
+The file holds the convolutions of model.LAYERS, NAME.weight (out x in x 3 x 3) and NAME.bias, as float16, normalization folded in, and for
+8-bit arithmetic input.range and NAME.range of every tensor that a layer reads. A checkpoint that was trained with rounded values brings its
+ranges along, and its weights are written rounded to 7 bits (which float16 preserves); for others DATA, a folder of prepare.py, gives the ranges.
+"""
+import argparse
+import hashlib
+import json
+import os
+import sys
+
+import numpy as np
+import torch
+
+import band as bands
+import composites
+import model
+import quantize
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from weight_files import read_safetensors, write_safetensors  # noqa: E402
+
+
+def network_of(path):
+    """(network, ranges) of an exported file: how to read such a file, in Python"""
+    tensors, _ = read_safetensors(path)
+    net = model.Silhouettes().eval()
+    for layer, (name, *_) in zip(net.layers, model.LAYERS):
+        weight, bias = (torch.from_numpy(tensors[f"{name}.{part}"].astype(np.float32)) for part in ("weight", "bias"))
+        layer.weight, layer.bias, layer.norm = torch.nn.Parameter(weight), torch.nn.Parameter(bias), None
+    ranges = {name[:-len(".range")]: tuple(values.tolist()) for name, values in tensors.items() if name.endswith(".range")}
+    with quantize.rounded_weights(net, ranges):
+        rounded = [layer.weight.detach() for layer in net.layers]
+    for layer, weight in zip(net.layers, rounded):
+        layer.weight = torch.nn.Parameter(weight)
+    return net, ranges
+
+
+def architecture():
+    return {
+        "name": "silhouettes", "version": 1, "layout": "out,in,height,width",
+        "inputs": "red, green, blue, share of the front by the estimate, by the prepared disparity, step, signed distance, sample size",
+        "output": "logit of alpha to be added to the prior, logit of that its side is right", "prior": model.PRIOR, "activation": "relu, none in the last",
+        "kernel": 3, "largest_step": bands.LARGEST_STEP, "min_step": bands.MIN_STEP, "sides_radius": bands.SIDES_RADIUS,
+        "band_radius": bands.BAND_RADIUS, "region_radius": bands.REGION_RADIUS,
+        "layers": [{"name": name, "reads": list(reads), "level": level, "stride": stride} for name, reads, _, _, level, stride in model.LAYERS],
+    }
+
+
+def provenance(folder, state, note):
+    names = [n for i, n in enumerate(sorted(os.listdir(folder))) if i % composites.HELD_OUT != 0]
+    digest = hashlib.sha256("\n".join(names).encode()).hexdigest()
+    return {"photographs": len(names), "photograph_names_sha256": digest, "steps": state["step"], "processor_hours": round(state["seconds"] / 3600, 2),
+            "recipe": "examples/training/silhouettes", "note": note}
+
+
+def example_scene():
+    """(photo, estimate, prepared disparity) of a made-up scene of odd size: a tilted foreground with a hole and a second one, smooth colors."""
+    height, width = 117, 143
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    first = ((x - 55) ** 2 + (y - 60) ** 2 < 38 ** 2) & ((x - 50) ** 2 + (y - 50) ** 2 > 9 ** 2)
+    second = (np.abs(x - 105) < 12) & (y > 30)
+    photo = np.stack([127 + 90 * np.sin(x / 7 + y / 19), 127 + 80 * np.cos(x / 13 - y / 5), 100 + x], -1)
+    photo[first] = np.stack([60 + y, 200 - x, 90 + 60 * np.sin(x * y / 300)], -1)[first]
+    photo[second] = np.stack([230 - y, 40 + x, 0 * x + 70], -1)[second]
+
+    def disparity(shift):
+        a, b = np.roll(first, shift, 1), np.roll(second, shift, 0)
+        return np.where(b, 0.75 + 0.001 * y, np.where(a, 0.5 + 0.0007 * x, 0.15 + 0.0005 * y)).astype(np.float32)
+
+    import cv2
+    estimated = cv2.GaussianBlur(cv2.resize(disparity(3), (64, 52), interpolation=cv2.INTER_AREA), (0, 0), 1.5)
+    return photo.clip(0, 255).astype(np.uint8), estimated, disparity(2)
+
+
+def write_example(path, weights):
+    net, ranges = network_of(weights)
+    photo, estimated, prepared = example_scene()
+    band = bands.Band(prepared)
+    x = bands.quantized(band.features(photo, estimated))
+    region = torch.from_numpy(band.region[None, None].astype(np.float32))
+    with torch.no_grad():
+        logits = net(model.padded((torch.from_numpy(x[None]).float() - 128) / 127), model.padded(region), quantize.rounding(ranges))
+    logits = logits[0, :, :photo.shape[0], :photo.shape[1]].numpy() * band.region
+    write_safetensors(path, {
+        "photo": photo, "estimate": estimated, "prepared": prepared, "distance": np.minimum(band.distance, 999).astype(np.float32),
+        "front": band.front, "back": band.back, "input": x, "logits": logits.astype(np.float32)},
+        {"format": "ldi", "name": "silhouettes example", "weights": os.path.basename(weights),
+         "layout": "photo, maps: row,column[,channel]; input, logits: channel,row,column; logits 0 outside the region"})
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--checkpoint", required=True)
+    p.add_argument("--photos", required=True, help="the folder that the weights were trained on, for the provenance")
+    p.add_argument("--out", required=True)
+    p.add_argument("--data", help="folder of prepare.py, for ranges where the checkpoint has none")
+    p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
+    p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
+    a = p.parse_args()
+    state, net = torch.load(a.checkpoint), quantize.network_of(a.checkpoint)
+    ranges = state.get("ranges")
+    if not ranges:
+        import train
+        crops = train.Crops([a.data])
+        ranges = quantize.value_ranges(net, [crops.batch(np.random.default_rng(5), 32) for _ in range(20)])
+    tensors = {}
+    with quantize.rounded_weights(net, ranges):
+        for layer, (name, *_) in zip(net.layers, model.LAYERS):
+            tensors[name + ".weight"] = layer.weight.detach().contiguous().numpy().astype(np.float16)
+            tensors[name + ".bias"] = layer.bias.detach().numpy().astype(np.float16)
+    tensors |= {name + ".range": np.array(ends, np.float32) for name, ends in ranges.items()}
+    write_safetensors(a.out, tensors, {"format": "ldi", "name": "silhouettes", "architecture": json.dumps(architecture()),
+                                       "provenance": json.dumps(provenance(a.photos, state, a.note))})
+    photo, estimated, prepared = example_scene()
+    band = bands.Band(prepared)
+    x = (torch.from_numpy(bands.quantized(band.features(photo, estimated))[None]).float() - 128) / 127
+    region = torch.from_numpy(band.region[None, None].astype(np.float32))
+    with torch.no_grad():
+        floats, bytes_ = net(model.padded(x), model.padded(region)), None
+        written, ranges = network_of(a.out)
+        bytes_ = written(model.padded(x), model.padded(region), quantize.rounding(ranges))
+    inside = model.padded(region) > 0
+    difference = (torch.sigmoid(floats[:, :1]) - torch.sigmoid(bytes_[:, :1]))[inside].abs()
+    print(f"{a.out}: {os.path.getsize(a.out)} bytes; alpha differs from the trained network's by {difference.mean():.4f} on average, "
+          f"by {difference.max():.4f} at most")
+    if a.example:
+        write_example(a.example, a.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""The silhouette network: a small U-Net over the band beside steps of disparity."""
+import torch
+import torch.nn.functional as F
+from torch import nn
+
+from band import CHANNELS
+
+WIDTH, FINE = 32, 16  # channels: at half resolution and below; at full resolution
+PRIOR = 6.0           # how far the logit of alpha leans towards the prepared disparity's side
+
+# name, what it reads (the first coarser than the result: upsampled), inputs, outputs, level of the result, stride
+LAYERS = (
+    ("fine", ("input",), CHANNELS, FINE, 0, 1),
+    ("half.down", ("fine",), FINE, WIDTH, 1, 2),
+    ("half", ("half.down",), WIDTH, WIDTH, 1, 1),
+    ("quarter.down", ("half",), WIDTH, WIDTH, 2, 2),
+    ("quarter", ("quarter.down",), WIDTH, WIDTH, 2, 1),
+    ("eighth.down", ("quarter",), WIDTH, WIDTH, 3, 2),
+    ("eighth", ("eighth.down",), WIDTH, WIDTH, 3, 1),
+    ("quarter.up", ("eighth", "quarter"), 2 * WIDTH, WIDTH, 2, 1),
+    ("half.up", ("quarter.up", "half"), 2 * WIDTH, FINE, 1, 1),
+    ("fine.up", ("half.up", "fine"), 2 * FINE, FINE, 0, 1),
+    ("out", ("fine.up",), FINE, 2, 0, 1),
+)
+
+
+class Layer(nn.Module):
+    """A 3 x 3 convolution; all but the last with batch normalization and ReLU. What is outside the region is zero."""
+
+    def __init__(self, name, inputs, outputs, stride):
+        super().__init__()
+        self.is_last, self.stride = name == "out", stride
+        self.weight = nn.Parameter(torch.empty(outputs, inputs, 3, 3))
+        nn.init.kaiming_normal_(self.weight, nonlinearity="relu")
+        self.norm = None if self.is_last else nn.BatchNorm2d(outputs)
+        self.bias = nn.Parameter(torch.zeros(outputs)) if self.is_last else None
+        if self.is_last:
+            nn.init.zeros_(self.weight)
+
+    def folded(self):
+        """(weight, bias) with the normalization in them"""
+        if self.norm is None:
+            return self.weight, self.bias
+        scale = self.norm.weight / torch.sqrt(self.norm.running_var + self.norm.eps)
+        return self.weight * scale[:, None, None, None], self.norm.bias - self.norm.running_mean * scale
+
+    def fold(self):
+        """Drops the normalization, which goes into the weights."""
+        weight, bias = self.folded()
+        self.weight, self.bias, self.norm = nn.Parameter(weight.detach()), nn.Parameter(bias.detach()), None
+
+    def forward(self, x, region):
+        x = F.conv2d(x, self.weight, self.bias, self.stride, 1)
+        if self.norm is not None:
+            x = self.norm(x)
+        return x if self.is_last else F.relu_(x) * region
+
+
+def upsampled(x, like):
+    return F.interpolate(x, scale_factor=2, mode="nearest")[:, :, :like.shape[2], :like.shape[3]]
+
+
+class Silhouettes(nn.Module):
+    def __init__(self):
+        super().__init__()
+        self.layers = nn.ModuleList(Layer(name, inputs, outputs, stride) for name, _, inputs, outputs, _, stride in LAYERS)
+
+    def forward(self, x, region, observe=lambda name, value: value):
+        """x: N x CHANNELS x H x W, 0 outside the region; region: N x 1 x H x W, 0 or 1 -> logits, N x 2 x H x W: alpha; that alpha's side is
+        right. Level i + 1 of the region is its pixels with even x and y. observe: sees, and may replace, every tensor that a layer reads"""
+        regions, values = [region], {"input": observe("input", x)}
+        for _ in range(3):
+            regions.append(regions[-1][:, :, ::2, ::2].contiguous())
+        for layer, (name, reads, _, _, level, _) in zip(self.layers, LAYERS):
+            read = [values[r] for r in reads]
+            if len(read) == 2:
+                read[0] = upsampled(read[0], read[1]) * regions[level]
+            y = layer(read[0] if len(read) == 1 else torch.cat(read, 1), regions[level])
+            values[name] = y if name == "out" else observe(name, y)
+        logits = values["out"]
+        prior = PRIOR * x[:, 4:5].clamp(-0.5, 0.5)
+        return torch.cat([logits[:, :1] + prior, logits[:, 1:]], 1)
+
+    def cost(self):
+        """(weights, multiplications per pixel of a region without rims)"""
+        weights = sum(layer.weight[0].numel() * layer.weight.shape[0] for layer in self.layers)
+        return weights, sum(layer.weight.numel() / 4 ** level for layer, (*_, level, _) in zip(self.layers, LAYERS))
+
+
+def padded(x, multiple=8):
+    """H x W padded with zeros at the end to multiples."""
+    return F.pad(x, (0, -x.shape[-1] % multiple, 0, -x.shape[-2] % multiple))
