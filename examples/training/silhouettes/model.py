@@ -24,6 +24,20 @@ LAYERS = (
 )
 
 
+class Rectified(torch.autograd.Function):
+    """ReLU inside the region, zero outside; with half of the passes over memory that two operations take."""
+
+    @staticmethod
+    def forward(ctx, x, region):
+        y = x.clamp(min=0).mul_(region)
+        ctx.save_for_backward(y)
+        return y
+
+    @staticmethod
+    def backward(ctx, gradient):
+        return torch.ops.aten.threshold_backward(gradient, ctx.saved_tensors[0], 0), None
+
+
 class Layer(nn.Module):
     """A 3 x 3 convolution; all but the last with batch normalization and ReLU. What is outside the region is zero."""
 
@@ -53,7 +67,7 @@ class Layer(nn.Module):
         x = F.conv2d(x, self.weight, self.bias, self.stride, 1)
         if self.norm is not None:
             x = self.norm(x)
-        return x if self.is_last else F.relu_(x) * region
+        return x if self.is_last else Rectified.apply(x, region.to(x.dtype))
 
 
 def upsampled(x, like):
@@ -74,7 +88,7 @@ class Silhouettes(nn.Module):
         for layer, (name, reads, _, _, level, _) in zip(self.layers, LAYERS):
             read = [values[r] for r in reads]
             if len(read) == 2:
-                read[0] = upsampled(read[0], read[1]) * regions[level]
+                read[0] = upsampled(read[0], read[1]) * regions[level].to(read[0].dtype)
             y = layer(read[0] if len(read) == 1 else torch.cat(read, 1), regions[level])
             values[name] = y if name == "out" else observe(name, y)
         logits = values["out"]
