@@ -1,6 +1,6 @@
 #!/bin/sh
 # Starts a training, or goes on with it, in the background on processor time that nobody else wants, on all processors.
-#   start.sh RECIPE FOLDER [options of RECIPE/train.py]      RECIPE: farbrausch or tiefenrausch_small; FOLDER: for all that is written
+#   start.sh RECIPE FOLDER [options of RECIPE/train.py]      RECIPE: farbrausch, silhouettes or tiefenrausch_small; FOLDER: for all that is written
 set -e
 here=$(cd "$(dirname "$0")" && pwd)
 recipe=$1 folder=$2

@@ -2,10 +2,11 @@
 //
 //   depth STUDENT.safetensors
 //
-// In, any number of times: height, width of a photo, rows, columns of a disparity map (int32; 0 and 0: the network estimates one), the
-// photo's bytes (height x width x 3), the map (rows x columns float32, in [0, 1], 1 is near). Out, for each: rows, columns (int32), the map
-// (float32), then three maps of height x width float32: sharpened and resampled, the same after the weighted median, and after alignment
-// with the photo's edges and removal of middle components, which is what make_photo3d() lifts.
+// In, any number of times: height, width of a photo, rows, columns of a disparity map (int32; 0 and 0: the network estimates
+// one), the photo's bytes (height x width x 3), the map (rows x columns float32, in [0, 1], 1 is near). Out, for each: rows,
+// columns (int32), the map (float32), then three maps of height x width float32: sharpened and resampled, the same after the
+// weighted median, and after alignment with the photo's edges and removal of middle components, which is what make_photo3d()
+// lifts.
 
 #include <ldi/formats/tiefenrausch_file.hpp>
 #include <ldi/photo3d.hpp>
