@@ -1,7 +1,8 @@
 # Sourced by tests/run.sh, tests/emulated/*.sh and .ci/run: runs things, and counts what passed and what failed.
 #
-#   build_and_test PRESET [CMAKE_OPTION...]   every CTest test of a preset counts; a build that fails counts as one failure.
-#                                             Tests whose label matches exclude_labels, if set, are left out.
+#   build_and_test PRESET [CMAKE_OPTION...]   every CTest test of a preset counts; a build that fails counts as one failure. Where they
+#                                             are set: build_targets, separated by spaces, are all that is built; tests without a label
+#                                             that matches only_labels, or with one that matches exclude_labels, are left out.
 #   count_step NAME COMMAND...                counts as one
 #   add_tally "N passed, N failed"            counts as it says; any other text is a failure
 #   count_script COMMAND...                   runs a script that ends with a tally of its own
@@ -27,18 +28,20 @@ count_step() {
 }
 
 build_and_test() {
-    local preset=$1 start=$SECONDS built log summary
+    local preset=$1 start=$SECONDS built log summary targets
     shift
+    read -ra targets <<<"${build_targets:-}"
     printf '\n== %s\n' "$preset"
     built=$SECONDS
-    if ! { cmake --preset "$preset" "$@" >/dev/null && cmake --build --preset "$preset" --parallel "$jobs" -- -k 0; }; then
+    if ! { cmake --preset "$preset" "$@" >/dev/null && cmake --build --preset "$preset" --parallel "$jobs" ${targets[@]+--target "${targets[@]}"} -- -k 0; }; then
         failed=$((failed + 1))
         printf 'FAILED: %s does not build\n' "$preset"
     fi
     printf '== %s: built in %d s\n' "$preset" $((SECONDS - built))
 
     log=$(mktemp)
-    ctest --preset "$preset" --parallel "$jobs" ${exclude_labels:+--label-exclude "$exclude_labels"} 2>&1 | tee "$log" || true
+    ctest --preset "$preset" --parallel "$jobs" ${only_labels:+--label-regex "$only_labels"} \
+        ${exclude_labels:+--label-exclude "$exclude_labels"} 2>&1 | tee "$log" || true
     # "94% tests passed, 3 tests failed out of 50"
     summary=$(sed -nE 's/^[0-9]+% tests passed, ([0-9]+) tests failed out of ([0-9]+)$/\1 \2/p' "$log")
     rm -f "$log"

@@ -1,6 +1,12 @@
 #!/usr/bin/env bash
-# The whole test suite: with g++, then with the address and undefined behavior sanitizers, then Khronos' glTF validator on the
-# sample's 3D photo. Installs what is missing. Arguments go to CMake. Ends with "N passed, N failed".
+# The test suite, in 12 minutes of two cores: programs, lessons, headers and packages as g++ builds them, the unit tests with the
+# address and undefined behavior sanitizers, then Khronos' glTF validator on the sample's 3D photo. Installs what is missing. Ends with
+# "N passed, N failed".
+#
+#   tests/run.sh [--all] [CMAKE_OPTION...]
+#
+# --all adds what takes longer: tests labeled slow, the unit tests as g++ builds them without sanitizers, and as clang builds them with
+# the single header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # shellcheck source=scripts/requirements.sh
@@ -8,13 +14,28 @@ source scripts/requirements.sh
 # shellcheck source=scripts/tally.sh
 source scripts/tally.sh
 
-require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
+all=0
+if [ "${1:-}" = --all ]; then
+    all=1
+    shift
+    require "${needs_clang[@]}"
+fi
+require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" "${needs_lessons[@]}" "${needs_tests[@]}" "${needs_validator[@]}"
 
-build_and_test dev -DLDI_BUILD_BENCH=OFF "$@"
+# Nothing that is tested here may be left out.
+common=(-DLDI_BUILD_BENCH=OFF "-DLDI_REQUIRED=^(ldi::io|examples, tests|examples/(learn|photo3d)|photo3d|tests)" "$@")
+if [ "$all" = 1 ]; then
+    build_and_test dev "${common[@]}"
+    # g++ tests the separate headers, clang the single one: to both compilers the two are the same program, says the test
+    # single_include/same_program. Nobody steps through this with a debugger: without its tables it takes a quarter less time to build.
+    exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
+else
+    build_targets="photo3d lessons ldi_test_networks" exclude_labels="unit|slow" build_and_test dev "${common[@]}"
+fi
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them
-# and the program, whose parts are all tested here. g++ has warned of what it sees in this code before; instrumented, it may see more
-# than there is.
-exclude_labels="build|slow" build_and_test sanitize -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF "$@" -DLDI_WARNINGS_AS_ERRORS=OFF
+# and the program, whose parts are all tested here. g++ warns of what it sees in this code before; instrumented, it may see more than
+# there is.
+only_labels=unit build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF -DLDI_WARNINGS_AS_ERRORS=OFF
 
 sample_is_valid() {
     build/dev/examples/photo3d examples/photo3d/sample.jpg --depth examples/photo3d/sample_depth.png -o build/dev/sample.glb --quiet &&

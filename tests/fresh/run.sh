@@ -59,6 +59,7 @@ new_machine() {
     tar -x --same-owner -f "$fresh/base.tar" -C "$root"
     apt-config dump | grep '^Acquire::' >"$root/etc/apt/apt.conf.d/90this_machine" || true
     printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # what a reader answers
+    echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/quick"
     cp /etc/resolv.conf "$root/etc/resolv.conf"
     cp -r /usr/local/share/ca-certificates "$root/usr/local/share/"
     chroot "$root" update-ca-certificates >/dev/null 2>&1

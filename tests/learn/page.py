@@ -1,9 +1,14 @@
 #!/usr/bin/env python3
 """The page of the lessons shows what is in their files: every excerpt occurs there line by line, every lesson is on it and short, and
-its pictures are there and small."""
+its pictures are there and small. What it says that a lesson prints, the lesson prints, to a twentieth.
+
+    page.py [FOLDER]      of the built lessons
+"""
 
 import re
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent.parent.parent / "examples" / "learn"
@@ -29,6 +34,26 @@ for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
         files = [stripped(lessons[name]) for name in linked if name in lessons]
         if not any(file[i:i + len(lines)] == lines for file in files for i in range(len(file))):
             faults.append(f"not in {' or '.join(linked)}:\n{excerpt}")
+
+def differences(said, printed):
+    """Numbers may differ by a twentieth: processors and compilers round differently, and threads take turns."""
+    number = r"\d+(?:\.\d+)?"
+    if re.sub(r"\s+", " ", re.sub(number, "0", said)) != re.sub(r"\s+", " ", re.sub(number, "0", printed)):
+        return True
+    return any(abs(float(a) - float(b)) > 0.05 * float(b) for a, b in zip(re.findall(number, said), re.findall(number, printed)))
+
+
+for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
+    for said in re.findall(r"^```text\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL):
+        lesson = Path(re.search(r"\]\((\d\d_\w+)\.cpp\)", section)[1])
+        built = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve() / f"learn_{lesson}"
+        if not built.exists():
+            print(f"not compared: what {lesson} prints, which is not built")
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            printed = subprocess.run([built], capture_output=True, text=True, check=True, cwd=folder).stdout
+        if differences(said.strip(), printed.strip()):
+            faults.append(f"{lesson} prints\n{printed}and the page says\n{said}")
 
 for name, text in lessons.items():
     if f"]({name})" not in page:

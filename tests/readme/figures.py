@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""What the pages say of files, options, defaults, sizes and numbers is so.
+
+    figures.py PHOTO3D      the built program; without it, what needs none
+"""
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+SHARED = ROOT.parent / "shared"
+program = sys.argv[1] if len(sys.argv) > 1 else None
+faults, checked = [], 0
+
+
+def check(good, fault):
+    global checked
+    checked += 1
+    if not good:
+        faults.append(fault)
+
+
+def read(path):
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def found(pattern, text, what):
+    """The groups of the one place where a page says so; a page that no longer says it needs another test."""
+    match = re.search(pattern, re.sub(r"\s+", " ", text))
+    check(match, f"README.md: no {what} as in '{pattern}'")
+    return match.groups() if match else None
+
+
+def near(said, computed, share):
+    return abs(said - computed) <= share * computed
+
+
+def numbers(text):
+    return [float(number.replace(",", "")) for number in re.findall(r"\d[\d,]*(?:\.\d+)?", text)]
+
+
+tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True)
+pages = tracked.stdout.split() or [str(p.relative_to(ROOT)) for p in ROOT.rglob("*.md") if "node_modules" not in p.parts and "build" not in p.parts]
+readme = read("README.md")
+
+# Every linked file, and every path in code that begins with one of our folders, is there.
+FOLDERS = r"(?:bench|cmake|examples|include|packaging|scripts|single_include|tests)/"
+for page in pages:
+    text, folder = read(page), (ROOT / page).parent
+    for target in re.findall(r"\]\((?!https?:|#|mailto:)([^)#\s]+)", text):
+        check((folder / target).exists(), f"{page}: no {target}")
+    for path in re.findall(rf"(?<![\w./]){FOLDERS}[\w./*-]*[\w*/]", text):
+        places = (ROOT, folder, ROOT / "include" / "ldi", ROOT / "bench" if page.startswith("bench") else ROOT)
+        check(any(any(place.glob(path.rstrip("/"))) for place in places), f"{page}: no {path}")
+
+# Every name of the library is defined in it.
+headers = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "include").rglob("*.hpp"))
+for name in set(re.findall(r"\bldi::(\w+)(?!\w|::)", readme)) - {"ldi", "io"}:
+    check(re.search(rf"\b{name}\b", headers), f"README.md: no ldi::{name}")
+
+# The libraries that ldi::io needs.
+cmake = read("cmake/library.cmake") + read("cmake/FindLdiReaders.cmake")
+for sentence in found(r"`ldi::io`, for files, needs ([^;]*); all formats ([^(]*) \(", readme, "what ldi::io needs") or ():
+    for library in sentence.split(", "):
+        check(re.search(rf"\b{library}\b", cmake), f"README.md: ldi::io does not use {library}")
+for target in re.findall(r"(\w+)::\w+=lib", cmake):
+    check(target.lower().replace("png", "libpng") in readme, f"README.md: ldi::io also needs {target}")
+
+# Sizes of what ships, in files.
+weights = {path.name: path.stat().st_size for path in (ROOT / "examples/models").glob("*.safetensors")}
+both = found(r"networks of our own, (\d+) MB together", readme, "size of the networks")
+if both:
+    check(round(sum(weights.values()) / 1e6) == int(both[0]), f"README.md: the networks have {sum(weights.values())} bytes, not {both[0]} MB")
+one = found(r"our depth network, ([\d.]+) MB", readme, "size of the depth network")
+if one:
+    check(near(float(one[0]), weights["tiefenrausch_small.safetensors"] / 1e6, 0.02), f"README.md: the depth network is not of {one[0]} MB")
+words = ["Nine", "Ten", "Eleven", "Twelve"]
+lessons = len(list((ROOT / "examples/learn").glob("[0-9]*.cpp")))
+for page in ("README.md", "examples/learn/README.md"):
+    count = re.search(rf"\b({'|'.join(words)}) lessons", read(page))
+    check(count and words.index(count[1]) + 9 == lessons, f"{page}: there are {lessons} lessons")
+
+# The paper's numbers, and the exceptions that the README names.
+check(re.search(r"50 pixels", readme), "README.md does not say that surfaces do not grow by the paper's 50 pixels")
+
+
+def options_of(page):
+    """Options of photo3d that a page names: none of other programs', whose lines and sentences name them."""
+    others = r"cmake|pkg-config|git |tests/\S*run\.sh|sbatch|pip|apt-get|photo3d_|npm|--bench|bench/|conan|vcpkg|g\+\+|train\.py|start\.sh|venv|ctest|style\.css"
+    kept = [line for line in read(page).split("\n") if not re.search(others, line)]
+    return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]+", "\n".join(kept)))
+
+
+if program:
+    help_text = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+    known = set(re.findall(r"--[a-z][a-z0-9-]+", help_text))
+    for page in ("README.md", "examples/photo3d/README.md", "examples/viewer/README.md"):
+        for option in sorted(options_of(page) - known):
+            check(False, f"{page}: photo3d has no {option}")
+        checked += len(options_of(page))
+
+    defaults = dict(re.findall(r"^ *(?:-\w,)?--([a-z-]+) [A-Z]\S*(?: to \d+\S*)*?=(\S+)", help_text, re.MULTILINE))
+    defaults |= dict(re.findall(r"^ *--([a-z-]+) [A-Z]+:[^\n=]*=(\S+)$", help_text, re.MULTILINE))
+    for option in ("texture", "grain", "motion"):
+        said = found(rf"`--{option} ([\d.]+)`", readme, f"default of --{option}")
+        if said:
+            check(defaults.get(option) == said[0], f"README.md: --{option} is {defaults.get(option)}, not {said[0]}")
+    size = re.search(r"the default is (\d+)", read("examples/photo3d/README.md"))
+    check(size and defaults.get("size") == size[1], f"examples/photo3d/README.md: --size is {defaults.get('size')}")
+    for option, values in re.findall(r"^ *--([a-z-]+) TEXT:\{([^}]*)\}", help_text, re.MULTILINE):
+        for value in re.findall(rf"`?--{option} ([a-z0-9-]+)", readme):
+            check(value in values.split(","), f"README.md: --{option} has no {value}")
+    for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", readme, "values of --path") or [""])[0]):
+        check(path in help_text, f"README.md: --path has no {path}")
+
+    # A telephone's photo.
+    said = found(r"GLB of a telephone's photo is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
+    photo = SHARED / "depth_companions" / "iphone_mpo_a.jpg"
+    if said and not photo.exists():
+        print(f"not compared: the GLB of a telephone's photo, because there is no {photo}")
+    elif said:
+        with tempfile.TemporaryDirectory() as folder:
+            glb, report = Path(folder, "a.glb"), Path(folder, "a.json")
+            sizes = []
+            for more in ([], ["--compress"]):
+                subprocess.run([program, photo, "-o", glb, "--report", report, "--quiet", *more], check=True)
+                sizes.append(glb.stat().st_size / 1000)
+            triangles = json.loads(report.read_text())["triangles"]
+        computed = (sizes[0], triangles, sizes[1])
+        for figure, value in zip(numbers(" ".join(said)), computed):
+            check(near(figure, value, 0.1), f"README.md: the telephone's photo makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
+
+if faults:
+    sys.exit("\n".join(faults))
+print(f"{checked} statements hold")
