@@ -58,7 +58,7 @@ missing_needs() {
         read -r kind name <<<"${need%%;*}"
         case $kind in
             command) command -v "$name" >/dev/null || printf '%s\n' "$need" ;;
-            header) headers+="#if !__has_include(<${name/|/>) && !__has_include(<}>)"$'\n'"$need"$'\n'"#endif"$'\n' ;;
+            header) headers+="#if !(__has_include(<${name//|/>) || __has_include(<}>))"$'\n'"$need"$'\n'"#endif"$'\n' ;;
             module) /usr/bin/python3 -c "import $name" 2>/dev/null || printf '%s\n' "$need" ;;
             shared) compgen -G "/usr/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
             library) compgen -G "/usr/lib/llvm-*/lib/clang/*/lib/*/$name*" >/dev/null || printf '%s\n' "$need" ;;
