@@ -2393,6 +2393,108 @@ struct add_u8_kernel {
 
 }  // namespace ldi
 
+// ---- ldi/kernels/detail/panel_cut.hpp
+// How the outputs of a matrix product or a convolution are shared out among tiles.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
+
+/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+struct panel_cut {
+    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
+
+    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
+        const std::size_t all = (outputs + lanes - 1) / lanes;
+        panels = (all + most - 1) / most;
+        vectors = (all + panels - 1) / panels;
+        larger = panels - (vectors * panels - all);
+    }
+    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
+};
+
+}  // namespace ldi::detail
+
+// ---- ldi/kernels/detail/conv_weights.hpp
+// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
+struct activation {
+    float negative_slope;  ///< 0 to 1
+};
+inline constexpr activation no_activation{1.0F};
+inline constexpr activation relu{0.0F};
+constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
+
+/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
+struct conv_f32_weights {
+    using value_type = float;
+
+    isa target = isa::scalar;
+    std::size_t rows = 1, inputs = 0, outputs = 0;
+    float negative_slope = 1.0F;
+    buffer<float> values;
+    buffer<float> bias;  ///< padded with zeros to whole panels
+};
+
+/// What a kernel reads for one panel of outputs.
+template <class Value>
+struct conv_panel_input {
+    const Value* const* rows;
+    std::size_t row_count, inputs, pixel_stride;
+    const Value* weights;
+};
+
+/// What a kernel does with the sums of one panel.
+template <class Result>
+struct conv_panel_output {
+    const float *bias, *ratios;
+    float negative_slope;
+    std::size_t stride;  ///< values from pixel to pixel
+    std::size_t count;   ///< outputs from here on, to the last of the layer
+    Result* values;
+
+    /// Goes on to the next panel.
+    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
+};
+
+namespace detail {
+
+/// Number of groups, rounded up.
+constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
+
+/// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
+/// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
+///
+/// layer    says how many outputs, rows and inputs there are
+/// weights  outputs x rows x inputs, row-major
+template <std::size_t group, class Layer, class Value>
+void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
+                   std::size_t most_vectors) {
+    const panel_cut cut(layer.outputs, lanes, most_vectors);
+    const std::size_t inputs = layer.inputs;
+    std::size_t first = 0;
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t last = first + cut.vectors_in(panel) * lanes;
+        for (std::size_t r = 0; r < layer.rows; ++r)
+            for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
+                for (std::size_t o = first; o < last; ++o)
+                    for (std::size_t g = i; g < i + group; ++g)
+                        values.push_back(o < layer.outputs && g < inputs ? weights[(o * layer.rows + r) * inputs + g] : Value{});
+        first = last;
+    }
+}
+
+inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
+                               std::size_t lanes, std::size_t most_vectors) {
+    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
+    packed.bias.assign(bias.begin(), bias.end());
+    packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
+}
+
+}  // namespace detail
+}  // namespace ldi
+
 // ---- ldi/kernels/requantize_float.hpp
 // Requantization in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
 // third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
@@ -2506,7 +2608,7 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
 }  // namespace ldi
 
 // ---- ldi/kernels/detail/lanes_avx2.hpp
-// What the AVX2 kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -2579,6 +2681,41 @@ struct rectifier {
         _mm256_store_si256(reinterpret_cast<__m256i*>(bytes), values);
         std::memcpy(to, bytes, count);
     }
+}
+
+// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. Kernel is a family's primitives there:
+//
+//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//   pixels[v]                   pixels of a full tile with v + 1 vectors
+//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Pixels first to last - 1, in tiles as large as fit.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
 LDI_END_TARGET
@@ -2754,9 +2891,9 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/lanes_neon.hpp
-// What the NEON kernels share: the dot product, and from sums of 32 bits to 8-bit values. NEON has instructions for each step of
-// the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
-// values. It is exact for every scale.
+// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the walk of convolutions. NEON has
+// instructions for each step of the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other
+// instruction sets takes: 2 to 4 for 4 values. It is exact for every scale.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -2782,6 +2919,7 @@ template <int lane>
 // Functions, because clang's vld1q are macros that no parameter pack can stand in.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
+[[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
 /// Activations less 128: what sdot multiplies is signed. Biases make up for it.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
@@ -2855,6 +2993,41 @@ struct relu_requantizer {
     }
 }
 
+// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. Kernel is a family's primitives there:
+//
+//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//   pixels[v]                   pixels of a full tile with v + 1 vectors
+//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Pixels first to last - 1, in tiles as large as fit.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+}
+
 LDI_END_TARGET
 
 }  // namespace ldi::neon
@@ -2924,7 +3097,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 }  // namespace ldi::scalar
 
 // ---- ldi/kernels/detail/lanes_wasm.hpp
-// What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
 // Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
 // that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
@@ -2983,6 +3156,41 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
         wasm_v128_store(to + i + 8, wasm_u16x8_extend_high_u8x16(bytes));
     }
     for (; i < count; ++i) to[i] = from[i];
+}
+
+// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. Kernel is a family's primitives there:
+//
+//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//   pixels[v]                   pixels of a full tile with v + 1 vectors
+//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Pixels first to last - 1, in tiles as large as fit.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
 }  // namespace ldi::wasm_simd128
@@ -3237,108 +3445,6 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 }  // namespace ldi
 
-// ---- ldi/kernels/detail/panel_cut.hpp
-// How the outputs of a matrix product or a convolution are shared out among tiles.
-
-namespace ldi::inline LDI_CONFIGURATION::detail {
-
-/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
-struct panel_cut {
-    std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
-
-    panel_cut(std::size_t outputs, std::size_t lanes, std::size_t most) {
-        const std::size_t all = (outputs + lanes - 1) / lanes;
-        panels = (all + most - 1) / most;
-        vectors = (all + panels - 1) / panels;
-        larger = panels - (vectors * panels - all);
-    }
-    std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
-};
-
-}  // namespace ldi::detail
-
-// ---- ldi/kernels/detail/conv_weights.hpp
-// Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
-struct activation {
-    float negative_slope;  ///< 0 to 1
-};
-inline constexpr activation no_activation{1.0F};
-inline constexpr activation relu{0.0F};
-constexpr activation leaky_relu(float negative_slope) { return {negative_slope}; }
-
-/// The weights of one layer in the order that its kernel reads them. Only pack_conv_f32() makes valid ones.
-struct conv_f32_weights {
-    using value_type = float;
-
-    isa target = isa::scalar;
-    std::size_t rows = 1, inputs = 0, outputs = 0;
-    float negative_slope = 1.0F;
-    buffer<float> values;
-    buffer<float> bias;  ///< padded with zeros to whole panels
-};
-
-/// What a kernel reads for one panel of outputs.
-template <class Value>
-struct conv_panel_input {
-    const Value* const* rows;
-    std::size_t row_count, inputs, pixel_stride;
-    const Value* weights;
-};
-
-/// What a kernel does with the sums of one panel.
-template <class Result>
-struct conv_panel_output {
-    const float *bias, *ratios;
-    float negative_slope;
-    std::size_t stride;  ///< values from pixel to pixel
-    std::size_t count;   ///< outputs from here on, to the last of the layer
-    Result* values;
-
-    /// Goes on to the next panel.
-    void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
-};
-
-namespace detail {
-
-/// Number of groups, rounded up.
-constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
-
-/// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
-/// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
-///
-/// layer    says how many outputs, rows and inputs there are
-/// weights  outputs x rows x inputs, row-major
-template <std::size_t group, class Layer, class Value>
-void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
-                   std::size_t most_vectors) {
-    const panel_cut cut(layer.outputs, lanes, most_vectors);
-    const std::size_t inputs = layer.inputs;
-    std::size_t first = 0;
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t last = first + cut.vectors_in(panel) * lanes;
-        for (std::size_t r = 0; r < layer.rows; ++r)
-            for (std::size_t i = 0; i < groups_of(inputs, group) * group; i += group)
-                for (std::size_t o = first; o < last; ++o)
-                    for (std::size_t g = i; g < i + group; ++g)
-                        values.push_back(o < layer.outputs && g < inputs ? weights[(o * layer.rows + r) * inputs + g] : Value{});
-        first = last;
-    }
-}
-
-inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t most_vectors) {
-    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
-    packed.bias.assign(bias.begin(), bias.end());
-    packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
-}
-
-}  // namespace detail
-}  // namespace ldi
-
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
@@ -3349,10 +3455,10 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
+inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
@@ -3381,52 +3487,40 @@ template <std::size_t... v>
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                          std::size_t first_pixel, const conv_panel_output<float>& out) {
-    __m256 sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x = input.rows[r] + first_pixel * stride;
-        const float* next_tile = x + sizeof...(p) * stride;
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
-            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            ++x;
-            next_tile += fetch;
-            weights += sizeof...(v) * conv_width;
-        }
-    }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {12, 6, 4};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
-}
+    template <std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                     std::size_t first_pixel, const conv_panel_output<float>& out) {
+        __m256 sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const float* weights = input.weights;
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x = input.rows[r] + first_pixel * stride;
+            const float* next_tile = x + sizeof...(p) * stride;
+            for (std::size_t i = 0; i < input.inputs; ++i) {
+                const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
+                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+                ++x;
+                next_tile += fetch;
+                weights += sizeof...(v) * conv_width;
+            }
+        }
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+};
+
+// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
-        switch (vectors) {
-            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<6, 2>(input, 0, pixels, out); break;
-            default: conv_f32_panel<4, 3>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
+    conv_panels<conv_f32_tiles>(
+        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
 }
 
 LDI_END_TARGET
@@ -3695,16 +3789,14 @@ struct conv_f32_kernel {
 
 namespace ldi::inline LDI_CONFIGURATION::neon {
 
-inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
+inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Functions, because clang's intrinsics are macros that no parameter pack can stand in.
-[[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 template <int lane>
 [[gnu::always_inline]] inline float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
     return vfmaq_laneq_f32(sums, weights, inputs, lane);
@@ -3728,7 +3820,7 @@ template <int lane, std::size_t... p>
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
-    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_lanes), inputs), ...);
+    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
 /// As many inputs of every pixel as there are lanes.
@@ -3739,14 +3831,14 @@ template <int... lane, std::size_t... p, std::size_t... v>
     const float32x4_t x[] = {load_inputs<sizeof...(lane)>(inputs + p * stride)...};
     (multiply_add<lane>(pixels, vectors, sums, weights, x), ...);
     inputs += sizeof...(lane);
-    weights += sizeof...(lane) * sizeof...(v) * conv_lanes;
+    weights += sizeof...(lane) * sizeof...(v) * conv_width;
 }
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t activated = vmaxq_f32(vmulq_n_f32(values, out.negative_slope), values);
     float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_lanes) return vst1q_f32(to, activated);
+    if (out.count >= from + conv_width) return vst1q_f32(to, activated);
     if (out.count > from) vst1q_lane_f32(to, activated, 0);
     if (out.count > from + 1) vst1q_lane_f32(to + 1, activated, 1);
     if (out.count > from + 2) vst1q_lane_f32(to + 2, activated, 2);
@@ -3756,50 +3848,39 @@ template <std::size_t... v>
 [[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_lanes, vfmaq_f32(load(out.bias + v * conv_lanes), sums[v], ratio)), ...);
+    (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                          const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
-    float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x = input.rows[r] + first_pixel * stride;
-        for (std::size_t i = input.inputs / 4; i > 0; --i)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.inputs % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.inputs % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {12, 8, 7, 6};
+
+    template <std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
+        float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const float* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x = input.rows[r] + first_pixel * stride;
+            for (std::size_t i = input.inputs / 4; i > 0; --i)
+                multiply_add(std::make_integer_sequence<int, 4>{}, pixels_of_tile, vectors, sums, weights, x, stride);
+            if (input.inputs % 4 >= 2)
+                multiply_add(std::make_integer_sequence<int, 2>{}, pixels_of_tile, vectors, sums, weights, x, stride);
+            if (input.inputs % 2 == 1)
+                multiply_add(std::make_integer_sequence<int, 1>{}, pixels_of_tile, vectors, sums, weights, x, stride);
+        }
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<pixels / 2, vectors>(input, first, last, out);
-}
+// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
-        switch (vectors) {
-            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<8, 2>(input, 0, pixels, out); break;
-            case 3: conv_f32_panel<7, 3>(input, 0, pixels, out); break;
-            default: conv_f32_panel<6, 4>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
+    conv_panels<conv_f32_tiles>(
+        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
 }
 
 LDI_END_TARGET
@@ -3878,10 +3959,10 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
+inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 template <std::size_t... v>
@@ -3895,7 +3976,7 @@ template <std::size_t... v>
                                                  v128_t values) {
     const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_lanes) return wasm_v128_store(to, activated);
+    if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
     if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
     if (out.count > from + 1) wasm_v128_store32_lane(to + 1, activated, 1);
     if (out.count > from + 2) wasm_v128_store32_lane(to + 2, activated, 2);
@@ -3905,51 +3986,40 @@ template <std::size_t... v>
 [[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_lanes,
-                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_lanes))),
+    (store_outputs(out, pixel, v * conv_width,
+                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
      ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                 const conv_panel_input<float>& input, std::size_t first_pixel,
-                                                 const conv_panel_output<float>& out) {
-    v128_t sums[sizeof...(p) * sizeof...(v)] = {};
-    const float* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const v128_t w[] = {wasm_v128_load(weights + v * conv_lanes)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
-            weights += sizeof...(v) * conv_lanes;
-        }
-    }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {6, 4};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<pixels / 2, vectors>(input, first, last, out);
-}
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                            const conv_panel_input<float>& input, std::size_t first_pixel,
+                                            const conv_panel_output<float>& out) {
+        v128_t sums[sizeof...(p) * sizeof...(v)] = {};
+        const float* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
+            for (std::size_t i = 0; i < input.inputs; ++i) {
+                const v128_t w[] = {wasm_v128_load(weights + v * conv_width)...};
+                (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
+                weights += sizeof...(v) * conv_width;
+            }
+        }
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+};
+
+// conv_f32() of an instruction set, which includes this file inside its namespace and target region after its conv_f32_tiles.
 
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
-    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input<float>&, std::size_t, std::size_t,
-                                                                const conv_panel_output<float>&) = {conv_f32_panel<6, 1>,
-                                                                                                    conv_f32_panel<4, 2>};
-    const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
-        panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
+    conv_panels<conv_f32_tiles>(
+        weights, conv_panel_input<float>{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()}, pixels,
+        conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
 }
 
 }  // namespace ldi::wasm_simd128
@@ -4107,120 +4177,129 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t conv_u8_width = 8, conv_u8_most_vectors = 3, conv_u8_group = 4;
-
-inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
-                         std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<conv_u8_group>(packed, weights, zero_points, scales, bias, conv_u8_width, conv_u8_most_vectors);
-}
-
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-[[gnu::always_inline]] inline std::int32_t load_inputs(const std::uint8_t* input, std::size_t count) {
+namespace conv_u8_set {
+
+inline constexpr std::size_t width = 8, max_vectors = 3, group = 4, pixels[] = {10, 5, 3};
+using sums_type = __m256i;
+using inputs_type = __m256i;
+using weights_type = __m256i;
+
+[[gnu::always_inline]] inline __m256i load_inputs(const std::uint8_t* from, std::size_t count) {
     std::int32_t four = 0;
-    std::memcpy(&four, input, count);
-    return four;
+    std::memcpy(&four, from, count);
+    return _mm256_set1_epi32(four);
 }
-
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, std::int32_t inputs,
-                                                const __m256i* weights) {
-    const __m256i x = _mm256_set1_epi32(inputs), ones = _mm256_set1_epi16(1);
-    ((sums[v] = _mm256_add_epi32(sums[v], _mm256_madd_epi16(_mm256_maddubs_epi16(x, weights[v]), ones))), ...);
+[[gnu::always_inline]] inline __m256i load_weights(const std::uint8_t* from) {
+    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
 }
-
-[[gnu::always_inline]] inline __m256i first_lanes(std::size_t count) {
-    return _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+    return _mm256_add_epi32(sums, _mm256_madd_epi16(_mm256_maddubs_epi16(inputs, weights), _mm256_set1_epi16(1)));
 }
 
 [[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, __m256 values) {
-    if (count >= conv_u8_width) return _mm256_storeu_ps(to, values);
-    _mm256_maskstore_ps(to, first_lanes(count), values);
+    if (count >= width) return _mm256_storeu_ps(to, values);
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm256_maskstore_ps(to, _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane), values);
 }
 [[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, __m256 values) {
     const __m256 clamped = _mm256_min_ps(_mm256_max_ps(values, _mm256_setzero_ps()), _mm256_set1_ps(255.0F));
     const __m256i integers = _mm256_cvtps_epi32(clamped);
     const __m128i words = _mm_packus_epi32(_mm256_castsi256_si128(integers), _mm256_extracti128_si256(integers, 1));
     const __m128i bytes = _mm_packus_epi16(words, words);
-    if (count >= conv_u8_width) return _mm_storeu_si64(to, bytes);
-    std::uint8_t all[conv_u8_width];
+    if (count >= width) return _mm_storeu_si64(to, bytes);
+    std::uint8_t all[width];
     _mm_storeu_si64(all, bytes);
     std::memcpy(to, all, count);
 }
 
 template <class Result>
 [[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
-                                                 __m256i sums, __m256 ratio) {
+                                                 __m256i sums, float ratio) {
     if (out.count <= from) return;
     const __m256i offsets = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(out.offsets + from));
     const __m256 exact = _mm256_cvtepi32_ps(_mm256_add_epi32(sums, offsets));
-    const __m256 value =
-        _mm256_fmadd_ps(exact, _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), ratio), _mm256_loadu_ps(out.bias + from));
+    const __m256 scales = _mm256_mul_ps(_mm256_loadu_ps(out.scales + from), _mm256_set1_ps(ratio));
+    const __m256 value = _mm256_fmadd_ps(exact, scales, _mm256_loadu_ps(out.bias + from));
     const __m256 zero_point = _mm256_set1_ps(out.zero_point);
     const __m256 activated =
         _mm256_max_ps(_mm256_fmadd_ps(value, _mm256_set1_ps(out.negative_slope), zero_point), _mm256_add_ps(value, zero_point));
     store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
 }
 
-template <class Result, std::size_t... v>
-[[gnu::always_inline]] inline void finish_pixel(std::index_sequence<v...>, const __m256i* sums,
-                                                const conv_u8_panel_output<Result>& out, std::size_t pixel) {
-    const __m256 ratio = _mm256_set1_ps(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (finish_vector(out, pixel, v * conv_u8_width, sums[v], ratio), ...);
+}  // namespace conv_u8_set
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
+                                                      conv_u8_set::max_vectors);
 }
 
-template <class Result, std::size_t... p, std::size_t... v>
-inline void conv_u8_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                         const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                         const conv_u8_panel_output<Result>& out) {
-    __m256i sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const std::uint8_t* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-        std::size_t rest = input.inputs;
-        for (; rest >= conv_u8_group; rest -= conv_u8_group) {
-            const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), load_inputs(x + p * stride, conv_u8_group), w), ...);
-            x += conv_u8_group;
-            weights += sizeof...(v) * sizeof(__m256i);
+// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
+// its primitives in a namespace conv_u8_set:
+//
+//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
+//   sums_type                             `width` sums of 32 bits
+//   inputs_type                           one group of a pixel's inputs, repeated for each output
+//   weights_type                          a group's weights of `width` outputs
+//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
+//   load_weights(from)
+//   add_products(sums, inputs, weights)
+//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+
+struct conv_u8_tiles {
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr const auto& pixels = conv_u8_set::pixels;
+
+    template <class Result, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const conv_u8_panel_output<Result>& out) {
+        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const std::uint8_t* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+            std::size_t rest = input.inputs;
+            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
+                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
+            if (rest == 0) continue;
+            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
+            weights += sizeof...(v) * width * group;
         }
-        if (rest != 0) {
-            const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), load_inputs(x + p * stride, rest), w), ...);
-            weights += sizeof...(v) * sizeof(__m256i);
-        }
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
-    (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
 
-template <std::size_t pixels, std::size_t vectors, class Result>
-inline void conv_u8_panel(const conv_panel_input<std::uint8_t>& input, std::size_t first, std::size_t last,
-                          const conv_u8_panel_output<Result>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_u8_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_u8_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
-}
+private:
+    /// `count` inputs of every pixel, with all vectors of weights.
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
+                                                  std::size_t count, const std::uint8_t* weights) {
+        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
+        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
+    }
+    template <std::size_t... v>
+    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
+                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
+        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
+    }
+    template <class Result, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
+                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    }
+};
 
 /// Result: float or std::uint8_t.
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const detail::panel_cut cut(weights.outputs, conv_u8_width, conv_u8_most_vectors);
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panel_input<std::uint8_t> input{rows, weights.rows, weights.inputs, pixel_stride, values};
-    conv_u8_panel_output<Result> out(weights, ratios, result);
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel);
-        switch (vectors) {
-            case 1: conv_u8_panel<10, 1>(input, 0, pixels, out); break;
-            case 2: conv_u8_panel<5, 2>(input, 0, pixels, out); break;
-            default: conv_u8_panel<3, 3>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * detail::groups_of(weights.inputs, conv_u8_group) * vectors * sizeof(__m256i);
-        out.skip(vectors * conv_u8_width);
-    }
+    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
@@ -4334,74 +4413,264 @@ using avx2::pack_conv_u8;
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-template <std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<v...>, __m256i* sums, std::int32_t inputs,
-                                                const __m256i* weights) {
-    const __m256i x = _mm256_set1_epi32(inputs);
-    ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], x, weights[v])), ...);
+namespace conv_u8_set {
+
+using avx2::conv_u8_set::width, avx2::conv_u8_set::max_vectors, avx2::conv_u8_set::group, avx2::conv_u8_set::sums_type,
+    avx2::conv_u8_set::inputs_type, avx2::conv_u8_set::weights_type, avx2::conv_u8_set::load_inputs,
+    avx2::conv_u8_set::load_weights, avx2::conv_u8_set::finish_vector;
+inline constexpr std::size_t pixels[] = {12, 6, 4};
+
+[[gnu::always_inline]] inline __m256i add_products(__m256i sums, __m256i inputs, __m256i weights) {
+    return _mm256_dpbusd_avx_epi32(sums, inputs, weights);
 }
 
-/// `count` inputs, 1 to 4, of every pixel, with all vectors of weights.
-template <std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
-                                                const std::uint8_t* inputs, std::size_t stride, std::size_t count,
-                                                const std::uint8_t* weights) {
-    const __m256i w[] = {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(weights) + v)...};
-    (multiply_add(vectors, sums + p * sizeof...(v), avx2::load_inputs(inputs + p * stride, count), w), ...);
-}
+}  // namespace conv_u8_set
 
-template <class Result, std::size_t... p, std::size_t... v>
-inline void conv_u8_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                         const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
-                         const conv_u8_panel_output<Result>& out) {
-    constexpr std::size_t group = avx2::conv_u8_group;
-    __m256i sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const std::uint8_t* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const std::uint8_t* x = input.rows[r] + first_pixel * stride;
-        std::size_t rest = input.inputs;
-        for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * sizeof(__m256i))
-            multiply_add(pixels, vectors, sums, x, stride, group, weights);
-        if (rest == 0) continue;
-        multiply_add(pixels, vectors, sums, x, stride, rest, weights);
-        weights += sizeof...(v) * sizeof(__m256i);
-    }
-    (avx2::finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. Kernel is a family's primitives there:
+//
+//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//   pixels[v]                   pixels of a full tile with v + 1 vectors
+//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
 
-template <std::size_t pixels, std::size_t vectors, class Result>
-inline void conv_u8_panel(const conv_panel_input<std::uint8_t>& input, std::size_t first, std::size_t last,
-                          const conv_u8_panel_output<Result>& out) {
+/// Pixels first to last - 1, in tiles as large as fit.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     for (; first + pixels <= last; first += pixels)
-        conv_u8_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
     if constexpr (pixels > 1)
-        if (first < last) conv_u8_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
 }
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+}
+
+// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
+// its primitives in a namespace conv_u8_set:
+//
+//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
+//   sums_type                             `width` sums of 32 bits
+//   inputs_type                           one group of a pixel's inputs, repeated for each output
+//   weights_type                          a group's weights of `width` outputs
+//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
+//   load_weights(from)
+//   add_products(sums, inputs, weights)
+//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+
+struct conv_u8_tiles {
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr const auto& pixels = conv_u8_set::pixels;
+
+    template <class Result, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const conv_u8_panel_output<Result>& out) {
+        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const std::uint8_t* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+            std::size_t rest = input.inputs;
+            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
+                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
+            if (rest == 0) continue;
+            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
+            weights += sizeof...(v) * width * group;
+        }
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    /// `count` inputs of every pixel, with all vectors of weights.
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
+                                                  std::size_t count, const std::uint8_t* weights) {
+        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
+        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
+    }
+    template <std::size_t... v>
+    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
+                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
+        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
+    }
+    template <class Result, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
+                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    }
+};
 
 /// Result: float or std::uint8_t.
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
-    const detail::panel_cut cut(weights.outputs, avx2::conv_u8_width, avx2::conv_u8_most_vectors);
     const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
-    conv_panel_input<std::uint8_t> input{rows, weights.rows, weights.inputs, pixel_stride, values};
-    conv_u8_panel_output<Result> out(weights, ratios, result);
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel);
-        switch (vectors) {
-            case 1: conv_u8_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_u8_panel<6, 2>(input, 0, pixels, out); break;
-            default: conv_u8_panel<4, 3>(input, 0, pixels, out); break;
-        }
-        input.weights += weights.rows * detail::groups_of(weights.inputs, avx2::conv_u8_group) * vectors * sizeof(__m256i);
-        out.skip(vectors * avx2::conv_u8_width);
-    }
+    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
 LDI_END_TARGET
 
 }  // namespace ldi::avx_vnni
+
+#endif
+
+// ---- ldi/kernels/conv_u8/neon.hpp
+// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. Inputs go in less 128; `offsets`
+// adds that back.
+
+#if LDI_HAS_ARM_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::neon {
+
+LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
+
+namespace conv_u8_set {
+
+inline constexpr std::size_t width = 4, max_vectors = 4, group = 4, pixels[] = {12, 8, 6, 5};
+using sums_type = int32x4_t;
+using inputs_type = int8x16_t;
+using weights_type = int8x16_t;
+
+[[gnu::always_inline]] inline int8x16_t load_inputs(const std::uint8_t* from, std::size_t count) {
+    std::uint32_t four = 0;
+    std::memcpy(&four, from, count);
+    return to_signed(vreinterpretq_u8_u32(vdupq_n_u32(four)));
+}
+[[gnu::always_inline]] inline int8x16_t load_weights(const std::uint8_t* from) { return vreinterpretq_s8_u8(vld1q_u8(from)); }
+[[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t inputs, int8x16_t weights) {
+    return neon::add_products(sums, inputs, weights);
+}
+
+[[gnu::always_inline]] inline void store_outputs(float* to, std::size_t count, float32x4_t values) {
+    if (count >= width) return vst1q_f32(to, values);
+    float all[width];
+    vst1q_f32(all, values);
+    std::memcpy(to, all, count * sizeof(float));
+}
+[[gnu::always_inline]] inline void store_outputs(std::uint8_t* to, std::size_t count, float32x4_t values) {
+    const float32x4_t clamped = vminq_f32(vmaxq_f32(values, vdupq_n_f32(0.0F)), vdupq_n_f32(255.0F));
+    const uint16x4_t words = vmovn_u32(vcvtnq_u32_f32(clamped));
+    const uint8x8_t bytes = vmovn_u16(vcombine_u16(words, words));
+    std::uint8_t all[8];
+    vst1_u8(all, bytes);
+    std::memcpy(to, all, count < width ? count : width);
+}
+
+template <class Result>
+[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
+                                                 int32x4_t sums, float ratio) {
+    if (out.count <= from) return;
+    const float32x4_t exact = vcvtq_f32_s32(vaddq_s32(sums, load(out.offsets + from)));
+    const float32x4_t scales = vmulq_f32(load(out.scales + from), vdupq_n_f32(ratio));
+    const float32x4_t value = vfmaq_f32(load(out.bias + from), exact, scales);
+    const float32x4_t zero_point = vdupq_n_f32(out.zero_point);
+    const float32x4_t activated =
+        vmaxq_f32(vfmaq_f32(zero_point, value, vdupq_n_f32(out.negative_slope)), vaddq_f32(value, zero_point));
+    store_outputs(out.values + pixel * out.stride + from, out.count - from, activated);
+}
+
+}  // namespace conv_u8_set
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
+                                                      conv_u8_set::max_vectors);
+    const std::size_t inputs = packed.rows * packed.inputs;
+    for (std::size_t o = 0; o < packed.outputs; ++o) {
+        std::int32_t sum = 0;
+        for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i];
+        packed.offsets[o] += 128 * sum;
+    }
+}
+
+// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
+// its primitives in a namespace conv_u8_set:
+//
+//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
+//   sums_type                             `width` sums of 32 bits
+//   inputs_type                           one group of a pixel's inputs, repeated for each output
+//   weights_type                          a group's weights of `width` outputs
+//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
+//   load_weights(from)
+//   add_products(sums, inputs, weights)
+//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+
+struct conv_u8_tiles {
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr const auto& pixels = conv_u8_set::pixels;
+
+    template <class Result, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const conv_u8_panel_output<Result>& out) {
+        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const std::uint8_t* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+            std::size_t rest = input.inputs;
+            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
+                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
+            if (rest == 0) continue;
+            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
+            weights += sizeof...(v) * width * group;
+        }
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    /// `count` inputs of every pixel, with all vectors of weights.
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
+                                                  std::size_t count, const std::uint8_t* weights) {
+        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
+        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
+    }
+    template <std::size_t... v>
+    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
+                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
+        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
+    }
+    template <class Result, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
+                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    }
+};
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
+    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+}
+
+LDI_END_TARGET
+
+}  // namespace ldi::neon
 
 #endif
 
@@ -4468,10 +4737,121 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 }  // namespace ldi::scalar
 
+// ---- ldi/kernels/conv_u8/wasm.hpp
+// kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiplication
+// and addition, so that the portable code finishes the sums, with equal bits.
+
+#if LDI_HAS_WASM_KERNELS
+
+namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+
+namespace conv_u8_set {
+
+inline constexpr std::size_t width = 4, max_vectors = 2, group = 2, pixels[] = {6, 4};
+using sums_type = v128_t;
+using inputs_type = v128_t;
+using weights_type = v128_t;
+
+[[gnu::always_inline]] inline v128_t load_inputs(const std::uint8_t* from, std::size_t count) {
+    const std::int32_t second = count == group ? from[1] : 0;
+    return wasm_i32x4_splat(from[0] | second << 16);
+}
+[[gnu::always_inline]] inline v128_t load_weights(const std::uint8_t* from) { return wasm_i16x8_load8x8(from); }
+[[gnu::always_inline]] inline v128_t add_products(v128_t sums, v128_t inputs, v128_t weights) {
+    return wasm_i32x4_add(sums, wasm_i32x4_dot_i16x8(inputs, weights));
+}
+
+template <class Result>
+[[gnu::always_inline]] inline void finish_vector(const conv_u8_panel_output<Result>& out, std::size_t pixel, std::size_t from,
+                                                 v128_t sums, float ratio) {
+    std::int32_t lanes[width];
+    wasm_v128_store(lanes, sums);
+    for (std::size_t o = from; o < from + width && o < out.count; ++o)
+        out.values[pixel * out.stride + o] = scalar::finish_conv_u8<Result>(
+            lanes[o - from] + out.offsets[o], out.scales[o] * ratio, out.bias[o], out.negative_slope, out.zero_point);
+}
+
+}  // namespace conv_u8_set
+
+inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
+                         std::span<const float> scales, std::span<const float> bias) {
+    detail::append_conv_u8_panels<conv_u8_set::group>(packed, weights, zero_points, scales, bias, conv_u8_set::width,
+                                                      conv_u8_set::max_vectors);
+}
+
+// The tiles of conv_u8, and its entry. Each instruction set includes this file inside its namespace and target region, after
+// its primitives in a namespace conv_u8_set:
+//
+//   width, group, max_vectors, pixels[]   as in detail/generic/conv_walk.hpp
+//   sums_type                             `width` sums of 32 bits
+//   inputs_type                           one group of a pixel's inputs, repeated for each output
+//   weights_type                          a group's weights of `width` outputs
+//   load_inputs(from, count)              `count` inputs, 1 to `group`; zeros behind them
+//   load_weights(from)
+//   add_products(sums, inputs, weights)
+//   finish_vector(output, pixel, from, sums, ratio)   stores the results of outputs `from` and up
+
+struct conv_u8_tiles {
+    static constexpr std::size_t group = conv_u8_set::group, width = conv_u8_set::width, max_vectors = conv_u8_set::max_vectors;
+    static constexpr const auto& pixels = conv_u8_set::pixels;
+
+    template <class Result, std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<std::uint8_t>& input, std::size_t first_pixel,
+                     const conv_u8_panel_output<Result>& out) {
+        conv_u8_set::sums_type sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const std::uint8_t* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const std::uint8_t* x = input.rows[r] + first_pixel * stride;
+            std::size_t rest = input.inputs;
+            for (; rest >= group; rest -= group, x += group, weights += sizeof...(v) * width * group)
+                add_groups(pixels_of_tile, vectors, sums, x, stride, group, weights);
+            if (rest == 0) continue;
+            add_groups(pixels_of_tile, vectors, sums, x, stride, rest, weights);
+            weights += sizeof...(v) * width * group;
+        }
+        (finish_pixel(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
+    }
+
+private:
+    /// `count` inputs of every pixel, with all vectors of weights.
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void add_groups(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                                  conv_u8_set::sums_type* sums, const std::uint8_t* inputs, std::size_t stride,
+                                                  std::size_t count, const std::uint8_t* weights) {
+        const conv_u8_set::weights_type w[] = {conv_u8_set::load_weights(weights + v * width * group)...};
+        (add_group(vectors, sums + p * sizeof...(v), conv_u8_set::load_inputs(inputs + p * stride, count), w), ...);
+    }
+    template <std::size_t... v>
+    [[gnu::always_inline]] static void add_group(std::index_sequence<v...>, conv_u8_set::sums_type* sums,
+                                                 conv_u8_set::inputs_type inputs, const conv_u8_set::weights_type* weights) {
+        ((sums[v] = conv_u8_set::add_products(sums[v], inputs, weights[v])), ...);
+    }
+    template <class Result, std::size_t... v>
+    [[gnu::always_inline]] static void finish_pixel(std::index_sequence<v...>, const conv_u8_set::sums_type* sums,
+                                                    const conv_u8_panel_output<Result>& out, std::size_t pixel) {
+        const float ratio = out.ratios == nullptr ? 1.0F : out.ratios[pixel];
+        (conv_u8_set::finish_vector(out, pixel, v * width, sums[v], ratio), ...);
+    }
+};
+
+/// Result: float or std::uint8_t.
+template <class Result>
+void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
+             const float* ratios, Result* result) {
+    const auto* const values = reinterpret_cast<const std::uint8_t*>(weights.values.data());
+    conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
+                               pixels, conv_u8_panel_output<Result>(weights, ratios, result));
+}
+
+}  // namespace ldi::wasm_simd128
+
+#endif
+
 // ---- ldi/kernels/conv_u8.hpp
 // k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results. Where there
-// is none (Arm, WebAssembly), portable code runs.
+// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
 // the same operations everywhere: each product is added to what follows it with one rounding.
@@ -4484,6 +4864,12 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
     {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
     {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_conv_u8, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_conv_u8, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
 #endif
     {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };

@@ -1,6 +1,5 @@
 // k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results. Where there
-// is none (Arm, WebAssembly), portable code runs.
+// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results.
 //
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
 // the same operations everywhere: each product is added to what follows it with one rounding.
@@ -10,7 +9,9 @@
 #include <ldi/kernels/conv_u8/avx512vnni.hpp>
 #include <ldi/kernels/conv_u8/avx_vnni.hpp>
 #include <ldi/kernels/conv_u8/contract.hpp>
+#include <ldi/kernels/conv_u8/neon.hpp>
 #include <ldi/kernels/conv_u8/scalar.hpp>
+#include <ldi/kernels/conv_u8/wasm.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -26,6 +27,12 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
     {isa::avx_vnni, avx_vnni::pack_conv_u8, avx_vnni::conv_u8<std::uint8_t>, avx_vnni::conv_u8<float>},
     {isa::avx512vnni, avx512vnni::pack_conv_u8, avx512vnni::conv_u8<std::uint8_t>, avx512vnni::conv_u8<float>},
+#endif
+#if LDI_HAS_ARM_KERNELS
+    {isa::neon_dot_product, neon::pack_conv_u8, neon::conv_u8<std::uint8_t>, neon::conv_u8<float>},
+#endif
+#if LDI_HAS_WASM_KERNELS
+    {isa::wasm_simd128, wasm_simd128::pack_conv_u8, wasm_simd128::conv_u8<std::uint8_t>, wasm_simd128::conv_u8<float>},
 #endif
     {isa::scalar, scalar::pack_conv_u8, scalar::conv_u8<std::uint8_t>, scalar::conv_u8<float>},
 };

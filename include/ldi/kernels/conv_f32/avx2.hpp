@@ -5,7 +5,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
-#include <ldi/kernels/detail/target.hpp>
+#include <ldi/kernels/detail/lanes_avx2.hpp>
 
 #if LDI_HAS_X86_KERNELS
 
@@ -15,10 +15,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t conv_width = 8, conv_most_vectors = 3;
+inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_width, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
@@ -47,53 +47,34 @@ template <std::size_t... v>
     (store_outputs(out, pixel, v * conv_width, _mm256_fmadd_ps(sums[v], ratio, _mm256_loadu_ps(out.bias + v * conv_width))), ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
-                          std::size_t first_pixel, const conv_panel_output<float>& out) {
-    __m256 sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x = input.rows[r] + first_pixel * stride;
-        const float* next_tile = x + sizeof...(p) * stride;
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
-            _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
-            (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
-            ++x;
-            next_tile += fetch;
-            weights += sizeof...(v) * conv_width;
-        }
-    }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {12, 6, 4};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<(pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
-}
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_width, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_width;
-        switch (vectors) {
-            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<6, 2>(input, 0, pixels, out); break;
-            default: conv_f32_panel<4, 3>(input, 0, pixels, out); break;
+    template <std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors, const conv_panel_input<float>& input,
+                     std::size_t first_pixel, const conv_panel_output<float>& out) {
+        __m256 sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const float* weights = input.weights;
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x = input.rows[r] + first_pixel * stride;
+            const float* next_tile = x + sizeof...(p) * stride;
+            for (std::size_t i = 0; i < input.inputs; ++i) {
+                const __m256 w[] = {_mm256_loadu_ps(weights + v * conv_width)...};
+                _mm_prefetch(reinterpret_cast<const char*>(next_tile), _MM_HINT_T0);
+                (multiply_add(vectors, sums + p * sizeof...(v), x + p * stride, w), ...);
+                ++x;
+                next_tile += fetch;
+                weights += sizeof...(v) * conv_width;
+            }
         }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
-}
+};
+
+#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
 LDI_END_TARGET
 

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
-#include <ldi/kernels/detail/target.hpp>
+#include <ldi/kernels/detail/lanes_neon.hpp>
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -16,16 +16,14 @@
 
 namespace ldi::inline LDI_CONFIGURATION::neon {
 
-inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 4;
+inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// Functions, because clang's intrinsics are macros that no parameter pack can stand in.
-[[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 template <int lane>
 [[gnu::always_inline]] inline float32x4_t multiply_add(float32x4_t sums, float32x4_t weights, float32x4_t inputs) {
     return vfmaq_laneq_f32(sums, weights, inputs, lane);
@@ -49,7 +47,7 @@ template <int lane, std::size_t... p>
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
-    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_lanes), inputs), ...);
+    (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
 /// As many inputs of every pixel as there are lanes.
@@ -60,14 +58,14 @@ template <int... lane, std::size_t... p, std::size_t... v>
     const float32x4_t x[] = {load_inputs<sizeof...(lane)>(inputs + p * stride)...};
     (multiply_add<lane>(pixels, vectors, sums, weights, x), ...);
     inputs += sizeof...(lane);
-    weights += sizeof...(lane) * sizeof...(v) * conv_lanes;
+    weights += sizeof...(lane) * sizeof...(v) * conv_width;
 }
 
 [[gnu::always_inline]] inline void store_outputs(const conv_panel_output<float>& out, std::size_t pixel, std::size_t from,
                                                  float32x4_t values) {
     const float32x4_t activated = vmaxq_f32(vmulq_n_f32(values, out.negative_slope), values);
     float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_lanes) return vst1q_f32(to, activated);
+    if (out.count >= from + conv_width) return vst1q_f32(to, activated);
     if (out.count > from) vst1q_lane_f32(to, activated, 0);
     if (out.count > from + 1) vst1q_lane_f32(to + 1, activated, 1);
     if (out.count > from + 2) vst1q_lane_f32(to + 2, activated, 2);
@@ -77,51 +75,33 @@ template <std::size_t... v>
 [[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const float32x4_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const float32x4_t ratio = vdupq_n_f32(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_lanes, vfmaq_f32(load(out.bias + v * conv_lanes), sums[v], ratio)), ...);
+    (store_outputs(out, pixel, v * conv_width, vfmaq_f32(load(out.bias + v * conv_width), sums[v], ratio)), ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-inline void conv_f32_tile(std::index_sequence<p...> pixels, std::index_sequence<v...> vectors,
-                          const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
-    float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
-    const std::size_t stride = input.pixel_stride;
-    const float* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x = input.rows[r] + first_pixel * stride;
-        for (std::size_t i = input.inputs / 4; i > 0; --i)
-            multiply_add(std::make_integer_sequence<int, 4>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.inputs % 4 >= 2) multiply_add(std::make_integer_sequence<int, 2>{}, pixels, vectors, sums, weights, x, stride);
-        if (input.inputs % 2 == 1) multiply_add(std::make_integer_sequence<int, 1>{}, pixels, vectors, sums, weights, x, stride);
-    }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {12, 8, 7, 6};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<pixels / 2, vectors>(input, first, last, out);
-}
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
-        switch (vectors) {
-            case 1: conv_f32_panel<12, 1>(input, 0, pixels, out); break;
-            case 2: conv_f32_panel<8, 2>(input, 0, pixels, out); break;
-            case 3: conv_f32_panel<7, 3>(input, 0, pixels, out); break;
-            default: conv_f32_panel<6, 4>(input, 0, pixels, out); break;
+    template <std::size_t... p, std::size_t... v>
+    static void tile(std::index_sequence<p...> pixels_of_tile, std::index_sequence<v...> vectors,
+                     const conv_panel_input<float>& input, std::size_t first_pixel, const conv_panel_output<float>& out) {
+        float32x4_t sums[sizeof...(p) * sizeof...(v)] = {};
+        const std::size_t stride = input.pixel_stride;
+        const float* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x = input.rows[r] + first_pixel * stride;
+            for (std::size_t i = input.inputs / 4; i > 0; --i)
+                multiply_add(std::make_integer_sequence<int, 4>{}, pixels_of_tile, vectors, sums, weights, x, stride);
+            if (input.inputs % 4 >= 2)
+                multiply_add(std::make_integer_sequence<int, 2>{}, pixels_of_tile, vectors, sums, weights, x, stride);
+            if (input.inputs % 2 == 1)
+                multiply_add(std::make_integer_sequence<int, 1>{}, pixels_of_tile, vectors, sums, weights, x, stride);
         }
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
-}
+};
+
+#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
 LDI_END_TARGET
 

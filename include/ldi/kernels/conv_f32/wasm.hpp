@@ -6,7 +6,7 @@
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
-#include <ldi/kernels/detail/target.hpp>
+#include <ldi/kernels/detail/lanes_wasm.hpp>
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -16,10 +16,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-inline constexpr std::size_t conv_lanes = 4, conv_most_vectors = 2;
+inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_lanes, conv_most_vectors);
+    detail::append_conv_panels(packed, weights, bias, conv_width, conv_max_vectors);
 }
 
 template <std::size_t... v>
@@ -33,7 +33,7 @@ template <std::size_t... v>
                                                  v128_t values) {
     const v128_t activated = wasm_f32x4_pmax(wasm_f32x4_mul(values, wasm_f32x4_splat(out.negative_slope)), values);
     float* const to = out.values + pixel * out.stride + from;
-    if (out.count >= from + conv_lanes) return wasm_v128_store(to, activated);
+    if (out.count >= from + conv_width) return wasm_v128_store(to, activated);
     if (out.count > from) wasm_v128_store32_lane(to, activated, 0);
     if (out.count > from + 1) wasm_v128_store32_lane(to + 1, activated, 1);
     if (out.count > from + 2) wasm_v128_store32_lane(to + 2, activated, 2);
@@ -43,52 +43,34 @@ template <std::size_t... v>
 [[gnu::always_inline]] inline void finish(std::index_sequence<v...>, const v128_t* sums, const conv_panel_output<float>& out,
                                           std::size_t pixel) {
     const v128_t ratio = wasm_f32x4_splat(out.ratios == nullptr ? 1.0F : out.ratios[pixel]);
-    (store_outputs(out, pixel, v * conv_lanes,
-                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_lanes))),
+    (store_outputs(out, pixel, v * conv_width,
+                   wasm_f32x4_add(wasm_f32x4_mul(sums[v], ratio), wasm_v128_load(out.bias + v * conv_width))),
      ...);
 }
 
-template <std::size_t... p, std::size_t... v>
-[[gnu::always_inline]] inline void conv_f32_tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
-                                                 const conv_panel_input<float>& input, std::size_t first_pixel,
-                                                 const conv_panel_output<float>& out) {
-    v128_t sums[sizeof...(p) * sizeof...(v)] = {};
-    const float* weights = input.weights;
-    for (std::size_t r = 0; r < input.row_count; ++r) {
-        const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
-        for (std::size_t i = 0; i < input.inputs; ++i) {
-            const v128_t w[] = {wasm_v128_load(weights + v * conv_lanes)...};
-            (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
-            weights += sizeof...(v) * conv_lanes;
+struct conv_f32_tiles {
+    static constexpr std::size_t group = 1, width = conv_width, max_vectors = conv_max_vectors;
+    static constexpr std::size_t pixels[] = {6, 4};
+
+    template <std::size_t... p, std::size_t... v>
+    [[gnu::always_inline]] static void tile(std::index_sequence<p...>, std::index_sequence<v...> vectors,
+                                            const conv_panel_input<float>& input, std::size_t first_pixel,
+                                            const conv_panel_output<float>& out) {
+        v128_t sums[sizeof...(p) * sizeof...(v)] = {};
+        const float* weights = input.weights;
+        for (std::size_t r = 0; r < input.row_count; ++r) {
+            const float* x[] = {input.rows[r] + (first_pixel + p) * input.pixel_stride...};
+            for (std::size_t i = 0; i < input.inputs; ++i) {
+                const v128_t w[] = {wasm_v128_load(weights + v * conv_width)...};
+                (multiply_add(vectors, sums + p * sizeof...(v), x[p]++, w), ...);
+                weights += sizeof...(v) * conv_width;
+            }
         }
+        (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
     }
-    (finish(vectors, sums + p * sizeof...(v), out, first_pixel + p), ...);
-}
+};
 
-template <std::size_t pixels, std::size_t vectors>
-inline void conv_f32_panel(const conv_panel_input<float>& input, std::size_t first, std::size_t last,
-                           const conv_panel_output<float>& out) {
-    for (; first + pixels <= last; first += pixels)
-        conv_f32_tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
-    if constexpr (pixels > 1)
-        if (first < last) conv_f32_panel<pixels / 2, vectors>(input, first, last, out);
-}
-
-inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
-                     const float* ratios, float* result) {
-    static constexpr void (*panel_functions[conv_most_vectors])(const conv_panel_input<float>&, std::size_t, std::size_t,
-                                                                const conv_panel_output<float>&) = {conv_f32_panel<6, 1>,
-                                                                                                    conv_f32_panel<4, 2>};
-    const detail::panel_cut cut(weights.outputs, conv_lanes, conv_most_vectors);
-    conv_panel_input<float> input{rows, weights.rows, weights.inputs, pixel_stride, weights.values.data()};
-    conv_panel_output<float> out{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result};
-    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
-        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * conv_lanes;
-        panel_functions[vectors - 1](input, 0, pixels, out);
-        input.weights += weights.rows * weights.inputs * lanes;
-        out.skip(lanes);
-    }
-}
+#include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
 }  // namespace ldi::wasm_simd128
 

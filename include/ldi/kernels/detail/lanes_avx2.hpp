@@ -1,6 +1,7 @@
-// What the AVX2 kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
 #pragma once
 
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
@@ -9,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
@@ -80,6 +82,8 @@ struct rectifier {
         std::memcpy(to, bytes, count);
     }
 }
+
+#include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 LDI_END_TARGET
 

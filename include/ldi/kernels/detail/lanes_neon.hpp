@@ -1,8 +1,9 @@
-// What the NEON kernels share: the dot product, and from sums of 32 bits to 8-bit values. NEON has instructions for each step of
-// the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other instruction sets takes: 2 to 4 for 4
-// values. It is exact for every scale.
+// Shared parts of the NEON kernels: the dot product, requantization of 32-bit sums, and the walk of convolutions. NEON has
+// instructions for each step of the integer requantization (sqrdmulh, srshl), fewer in all than the float form of other
+// instruction sets takes: 2 to 4 for 4 values. It is exact for every scale.
 #pragma once
 
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 #include <ldi/kernels/requantize.hpp>
 
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION::neon {
 
@@ -34,6 +36,7 @@ template <int lane>
 // Functions, because clang's vld1q are macros that no parameter pack can stand in.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
+[[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
 /// Activations less 128: what sdot multiplies is signed. Biases make up for it.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
@@ -106,6 +109,8 @@ struct relu_requantizer {
         std::memcpy(to, bytes, count);
     }
 }
+
+#include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 LDI_END_TARGET
 

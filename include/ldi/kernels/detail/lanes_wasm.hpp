@@ -1,10 +1,11 @@
-// What the WebAssembly SIMD128 kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
 // Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
 // that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
 // one caller into that, whatever its attributes.
 #pragma once
 
+#include <ldi/kernels/detail/conv_weights.hpp>
 #include <ldi/kernels/detail/target.hpp>
 #include <ldi/kernels/requantize_float.hpp>
 
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
@@ -66,6 +68,8 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
     }
     for (; i < count; ++i) to[i] = from[i];
 }
+
+#include <ldi/kernels/detail/generic/conv_walk.hpp>
 
 }  // namespace ldi::wasm_simd128
 

@@ -1,0 +1,34 @@
+// The walk of conv_f32 and conv_u8 over panels of outputs and tiles of pixels. Each instruction set includes this file inside its
+// namespace and target region. Kernel is a family's primitives there:
+//
+//   group, width, max_vectors   inputs multiplied together; outputs per vector; vectors per panel
+//   pixels[v]                   pixels of a full tile with v + 1 vectors
+//   tile(pixels, vectors, input, first_pixel, output)   computes one tile
+
+/// Pixels first to last - 1, in tiles as large as fit.
+template <class Kernel, std::size_t pixels, std::size_t vectors, class Input, class Output>
+inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
+    for (; first + pixels <= last; first += pixels)
+        Kernel::tile(std::make_index_sequence<pixels>{}, std::make_index_sequence<vectors>{}, input, first, out);
+    if constexpr (pixels > 1)
+        if (first < last) conv_panel<Kernel, (pixels > 4 ? 4 : pixels / 2), vectors>(input, first, last, out);
+}
+
+/// Panel by panel, each through a table: so the compiler keeps the loops of one size in a function of their own.
+template <class Kernel, class Weights, class Input, class Output, std::size_t... v>
+inline void conv_panels(std::index_sequence<v...>, const Weights& weights, Input input, std::size_t pixels, Output out) {
+    static constexpr void (*panel_functions[])(const Input&, std::size_t, std::size_t,
+                                               const Output&) = {conv_panel<Kernel, Kernel::pixels[v], v + 1, Input, Output>...};
+    const detail::panel_cut cut(weights.outputs, Kernel::width, Kernel::max_vectors);
+    for (std::size_t panel = 0; panel < cut.panels; ++panel) {
+        const std::size_t vectors = cut.vectors_in(panel), lanes = vectors * Kernel::width;
+        panel_functions[vectors - 1](input, 0, pixels, out);
+        input.weights += weights.rows * detail::groups_of(weights.inputs, Kernel::group) * Kernel::group * lanes;
+        out.skip(lanes);
+    }
+}
+
+template <class Kernel, class Weights, class Input, class Output>
+inline void conv_panels(const Weights& weights, const Input& input, std::size_t pixels, const Output& out) {
+    conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
+}
