@@ -70,6 +70,9 @@ new_machine() {
 }
 
 # in_machine NAME SCRIPT: in namespaces of its own. Whatever ends it, its processes end, and what was mounted is gone with them.
+inside=
+trap '[ -z "$inside" ] || kill -KILL "$inside" 2>/dev/null' EXIT
+trap 'exit 130' INT TERM HUP
 in_machine() {
     local root=$fresh/machines/$1 network=() name
     for name in npm_config_cafile npm_config_registry; do
@@ -100,7 +103,12 @@ in_machine() {
         fi
         exec chroot . /usr/bin/env -i "${@:6}" HOME=/root USER=root LANG=C.UTF-8 TERM=dumb DEBIAN_FRONTEND=noninteractive \
             PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin bash -c "cd \"$repository\" && $5"
-    ' in_machine "$root" "$repository" "$fresh/packages" "$ccache" "$2" "${network[@]}" </dev/null
+    ' in_machine "$root" "$repository" "$fresh/packages" "$ccache" "$2" "${network[@]}" </dev/null &
+    inside=$!
+    local status=0
+    wait "$inside" || status=$?
+    inside=
+    return "$status"
 }
 
 declare -A machine_of=() page_before=()
@@ -141,25 +149,28 @@ wanted() {
     return 1
 }
 
-[ "$resume" = 1 ] && [ -f "$fresh/base.tar" ] || make_base
-while IFS=$'\t' read -r page before; do
-    page_before[$page]=$before
-    machine_of[$page]=${machine_of[$before]:-${page//\//_}}
-done < <(blocks pages)
+main() {
+    [ "$resume" = 1 ] && [ -f "$fresh/base.tar" ] || make_base
+    while IFS=$'\t' read -r page before; do
+        page_before[$page]=$before
+        machine_of[$page]=${machine_of[$before]:-${page//\//_}}
+    done < <(blocks pages)
 
-for when in now late; do
-    [ "$when" = now ] || [ "$now" = 0 ] || break
-    while IFS=$'\t' read -r page line block_when reason <&3; do
-        [ "$block_when" = "$when" ] && wanted "$page" || continue
-        if [ "$reason" != - ]; then
-            skipped+=("$page:$line: $reason")
-        else
-            run_block "$page" "$line" "${machine_of[$page]}"
-        fi
-    done 3< <(blocks list)
-done
+    for when in now late; do
+        [ "$when" = now ] || [ "$now" = 0 ] || break
+        while IFS=$'\t' read -r page line block_when reason <&3; do
+            [ "$block_when" = "$when" ] && wanted "$page" || continue
+            if [ "$reason" != - ]; then
+                skipped+=("$page:$line: $reason")
+            else
+                run_block "$page" "$line" "${machine_of[$page]}"
+            fi
+        done 3< <(blocks list)
+    done
 
-[ "$failed" != 0 ] || rm -rf "$fresh/machines"
-printf '\nskipped, %d blocks:\n' "${#skipped[@]}"
-printf '  %s\n' "${skipped[@]}"
-print_tally
+    [ "$failed" != 0 ] || rm -rf "$fresh/machines"
+    printf '\nskipped, %d blocks:\n' "${#skipped[@]}"
+    printf '  %s\n' "${skipped[@]}"
+    print_tally
+}
+main; exit  # in one line: a change to this file does not reach a run that is under way
