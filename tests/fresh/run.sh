@@ -170,7 +170,7 @@ main() {
 
     [ "$failed" != 0 ] || rm -rf "$fresh/machines"
     printf '\nskipped, %d blocks:\n' "${#skipped[@]}"
-    printf '  %s\n' "${skipped[@]}"
+    [ "${#skipped[@]}" = 0 ] || printf '  %s\n' "${skipped[@]}"
     print_tally
 }
 main; exit  # in one line: a change to this file does not reach a run that is under way
