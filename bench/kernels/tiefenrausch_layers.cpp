@@ -72,7 +72,7 @@ double fewest_seconds(std::size_t count, Function&& function) {
 double measure(const ldi::detail::dense_layer& layer, const shape& s) {
     rows r(s, layer.kernel, layer.weights.outputs);
     const std::size_t count = layer.kernel == 1 ? (wanted_pixels + s.output.width - 1) / s.output.width : 1;
-    const std::uint8_t* segments[ldi::gemm_u8_weights::most_segments] = {};
+    const std::uint8_t* segments[ldi::gemm_u8_weights::max_segments] = {};
     for (std::size_t k = 0; k < layer.kernel; ++k) segments[k] = r.row(k);
     return fewest_seconds(count, [&] {
         ldi::gemm_u8(layer.weights, segments, s.input_channels * layer.stride, count * s.output.width, r.result.data());

@@ -2029,10 +2029,10 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 }  // namespace ldi
 
 // ---- ldi/kernels/detail/target.hpp
-// How one header holds code for several instruction sets, whatever flags the user compiles with. Functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for those features, so every translation unit has the same code for
-// them. Inside: no lambdas, no standard templates over vector types, and nothing from outside that uses intrinsics. Loops over
-// registers are fold expressions: g++ 12 keeps an array in registers only where every index is a constant from the start.
+// Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET for those features, so every translation unit has the same code for them. Inside,
+// use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
+// registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #define LDI_HAS_X86_KERNELS 1
@@ -2061,9 +2061,9 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
-// g++ 12 warns of values that its own intrinsics leave undefined on purpose. Its elimination of partial redundancies copies every
-// sum of a matrix product to the stack and halves its speed; its scheduling before registers are given out, on by default for
-// Arm, loads all weights of a tile ahead and has to store them again.
+// g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
+// sum of a matrix product to the stack and halves its speed. Its scheduling before register allocation, on by default for Arm,
+// loads all weights of a tile early and spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
     LDI_PRAGMA(GCC target(features))                          \
@@ -2081,7 +2081,7 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // g++ warns of its own macro where the architecture goes down
+#elif __ARM_ARCH >= 9  // g++ warns about its own macro if the architecture is lowered
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"
@@ -2089,7 +2089,7 @@ inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kerne
 #endif
 
 // ---- ldi/kernels/detail/cpuid.hpp
-// x86's CPUID instruction: what the processor says of itself.
+// x86's CPUID instruction.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -2123,7 +2123,7 @@ struct cpuid_leaf {
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Where there is no way of asking, whether the compiler's flags promise it.
+/// On systems without a query, whether the compiler's flags promise the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
@@ -2143,7 +2143,7 @@ inline bool has_dot_product_extension() {
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
-// Features of a processor that kernels need, and whether it and its operating system have them.
+// Processor features that kernels need, and their detection.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -2194,10 +2194,10 @@ inline bool has_feature(cpu_feature feature) {
 }  // namespace ldi
 
 // ---- ldi/kernels/isa.hpp
-// Instruction sets that the kernels of kernels/ are written for: one row of `instruction_sets` each. Which one runs is decided at
-// run time, when weights are packed; all of them give the same bits. The environment variable LDI_ISA forces one by its name, for
-// tests and benchmarks. A new set is a row here, a file in the folder of each family that it makes faster, and a row in that
-// family's table (kernels/gemm_u8.hpp and its like); README.md beside this file shows which set has which.
+// The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
+// All of them give the same bits, but for float32. The environment variable LDI_ISA forces one by its name, for tests and
+// benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
+// table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -2207,14 +2207,14 @@ enum class isa {
     avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors: the compiler's flags decide for the whole module
 };
 
 struct instruction_set {
     isa id;
-    std::string_view name;             ///< as LDI_ISA spells it
+    std::string_view name;             ///< value of LDI_ISA
     std::array<cpu_feature, 4> needs;  ///< all of them
-    isa otherwise;                     ///< whose kernel runs where a family has none for this set
+    isa otherwise;                     ///< stands in where a family has no kernel for this set
 };
 
 /// Slowest first.
@@ -2235,10 +2235,10 @@ constexpr const instruction_set& find_instruction_set(isa id) {
     return instruction_sets.front();
 }
 
-/// The name as LDI_ISA spells it.
+/// The value of LDI_ISA that names the set.
 constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
-/// Whether this processor and operating system run it, and this build of ldi has it.
+/// Whether this processor, this operating system and this build of ldi support it.
 inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
@@ -2261,8 +2261,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// The row of a family's table for this set, or for the nearest one that the table has in its place. Every table has one for
-/// scalar.
+/// The row of a family's table for this set, or for the set that stands in for it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)
@@ -2273,13 +2272,13 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
 }  // namespace ldi
 
 // ---- ldi/kernels/requantize.hpp
-// Exact integer requantization: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
-// arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
-// for bit. Every instruction set must give the values that the functions here give.
+// Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
+// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
+// give the values of the functions here.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What an 8-bit value stands for: `(q - zero_point) * scale`.
+/// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
     float scale = 1;
     std::uint8_t zero_point = 0;
@@ -2297,7 +2296,7 @@ struct requantization {
 /// Two 8-bit tensors to their sum in 8 bits.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
-    std::int32_t bias = 0;                            ///< takes away both zero points
+    std::int32_t bias = 0;                            ///< subtracts both zero points
     std::int32_t shift = 0;                           ///< 14..31
     std::int32_t zero_point = 0;                      ///< 0..255
 };
@@ -2323,7 +2322,7 @@ inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point
 
 }  // namespace detail
 
-/// Whether make_requantization() takes this scale: it must lie in [2^-32, 1).
+/// Whether make_requantization() accepts this scale: it must lie in [2^-32, 1).
 inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
 
 /// scale  input scale * weight scale / output scale, computed in float
@@ -2341,8 +2340,8 @@ inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r
     return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
 }
 
-/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
-/// 2^8).
+/// Whether make_quantized_addition() accepts these ratios of input scale to output scale: both positive, the larger in
+/// [2^-10, 2^8).
 inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     const float larger = (std::max)(a_ratio, b_ratio);
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;
@@ -2370,11 +2369,11 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
 }  // namespace ldi
 
 // ---- ldi/kernels/add_u8/contract.hpp
-// What a kernel of kernels/add_u8.hpp is given and has to do.
+// Contract of the kernels of kernels/add_u8.hpp: their inputs and results.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Only prepare_add_u8() makes sound ones.
+/// Only prepare_add_u8() makes valid ones.
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;
@@ -2394,11 +2393,11 @@ struct add_u8_kernel {
 }  // namespace ldi
 
 // ---- ldi/kernels/detail/panel_cut.hpp
-// How the outputs of a matrix product or a convolution are shared out among tiles.
+// Splits the outputs of a matrix product or a convolution into panels.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
     std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
 
@@ -2418,7 +2417,7 @@ struct panel_cut {
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
+/// Activation after the bias: x if x is positive, else negative_slope * x.
 struct activation {
     float negative_slope;  ///< 0 to 1
 };
@@ -2437,7 +2436,7 @@ struct conv_f32_weights {
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-/// What a kernel reads for one panel of outputs.
+/// The inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -2445,16 +2444,16 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// What a kernel does with the sums of one panel.
+/// Where and how a kernel stores the results of one panel.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
     std::size_t stride;  ///< values from pixel to pixel
-    std::size_t count;   ///< outputs from here on, to the last of the layer
+    std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
-    /// Goes on to the next panel.
+    /// Advances to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
 };
 
@@ -2463,15 +2462,15 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
-/// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
+/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
+/// Pads the last group and the last panel with zeros.
 ///
-/// layer    says how many outputs, rows and inputs there are
+/// layer    its numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
-                   std::size_t most_vectors) {
-    const panel_cut cut(layer.outputs, lanes, most_vectors);
+                   std::size_t max_vectors) {
+    const panel_cut cut(layer.outputs, lanes, max_vectors);
     const std::size_t inputs = layer.inputs;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -2486,8 +2485,8 @@ void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Va
 }
 
 inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t most_vectors) {
-    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
+                               std::size_t lanes, std::size_t max_vectors) {
+    append_panels<1>(packed.values, packed, weights, lanes, max_vectors);
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }
@@ -2496,10 +2495,10 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 }  // namespace ldi
 
 // ---- ldi/kernels/requantize_float.hpp
-// Requantization in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
-// third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
-// known by at most 255 thresholds; a float form that agrees on both sides of each of them agrees everywhere. The obvious
-// constants miss a few thresholds by one; nudged by some units in the last place they miss none.
+// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
+// cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
+// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; moved by a few
+// units in the last place, they miss none.
 
 #include <limits>
 
@@ -2507,7 +2506,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A whole number in float plus the zero point, clamped to 0..255.
+/// An integral float plus the zero point, clamped to 0..255.
 inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
     const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
     return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
@@ -2534,7 +2533,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
+        // The product of two floats is exact in double, so fusing it with the sum would change nothing.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -2547,9 +2546,9 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
-    std::int64_t below = least;  // gives less than `value`
+    std::int64_t below = least;  // requantizes to less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
+        // Thresholds lie about 1 / scale apart: the search for the next one starts there and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -2566,7 +2565,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
+/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if one exists.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -2576,7 +2575,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
+    std::size_t suspect = 0;  // the point on which the last candidate failed refutes most others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -2591,12 +2590,12 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// By so much the first of the integer form's two roundings brings its thresholds nearer to zero.
+/// Shift of the thresholds toward zero by the first of the integer form's two roundings.
 inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
-/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
+/// Empty if no float form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }
@@ -2623,7 +2622,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          // With a zero point of 0, negative values become 0 with either sign of the offset.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -2634,7 +2633,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// 32 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    /// 32 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -2642,7 +2641,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
     __m256 scale, offset;
 
@@ -2657,7 +2656,7 @@ struct rectifier {
     }
 };
 
-/// From the order of pack_lanes() to all of a, b, c and d one after the other.
+/// Reorders the result of pack_lanes() to all of a, then b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }
@@ -2777,7 +2776,7 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/lanes_avx512vnni.hpp
-// What the AVX-512 VNNI kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the AVX-512 VNNI kernels: requantization of 32-bit sums.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -2794,7 +2793,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          // With a zero point of 0, negative values become 0 with either sign of the offset.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -2806,7 +2805,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// 64 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    /// 64 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -2814,7 +2813,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
     __m512 scale, offset;
 
@@ -2829,7 +2828,7 @@ struct rectifier {
     }
 };
 
-/// From the order of pack_lanes() to all of a, b, c and d one after the other, and back: it is its own inverse.
+/// Reorders the result of pack_lanes() to all of a, then b, c and d. It is its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }
@@ -2901,7 +2900,7 @@ namespace ldi::inline LDI_CONFIGURATION::neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// In assembly, because clang before 16 has the intrinsics only where the whole translation unit is compiled for them.
+// In assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
 
 /// Adds to each of 4 sums its four products of signed bytes.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -2909,19 +2908,19 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// The same, every sum with the same four bytes of b: `4 * lane` and up.
+/// The same, every sum with the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
     return sums;
 }
 
-// Functions, because clang's vld1q are macros that no parameter pack can stand in.
+// Functions, because clang's vld1q are macros, which accept no parameter pack.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Activations less 128: what sdot multiplies is signed. Biases make up for it.
+/// Activations less 128, because sdot multiplies signed bytes. Biases compensate.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
@@ -2936,7 +2935,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up; those below zero go down if 1 is taken away from negative values before.
+    /// srshl rounds halves up. Subtracting 1 from negative values first rounds their halves down.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -2961,7 +2960,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0, where all negative values become 0 however they are rounded.
+/// The same for a zero point of 0, where all negative values become 0 with any rounding.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 
@@ -3099,16 +3098,15 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
-// Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
-// that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
-// one caller into that, whatever its attributes.
+// Engines first compile every function to slow code, and switch a hot one to fast code at its next call. So the hot loops are
+// functions of their own, called often. The calls go through tables, because Binaryen inlines any function with a single caller.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-/// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
-/// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.
+/// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
+/// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 
@@ -3222,7 +3220,7 @@ struct adder {
     }
 
 private:
-    /// Clang would convert what it knows to be positive as unsigned, which costs eight instructions of x86 instead of one.
+    /// Clang converts values that it knows to be positive as unsigned, which takes eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);
@@ -3261,7 +3259,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, false, avx2::add_u8},
@@ -3300,7 +3298,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
+/// Whether it does for all pairs of values. `suspect` is the value on which the last candidate failed: testing it first refutes
+/// most candidates.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -3322,7 +3321,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve. A few constants beside the exact ones still agree on
+    // all.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;
@@ -3348,7 +3348,7 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
+/// One direction: the source pixels that each result pixel covers, and the share of each.
 struct area_weights {
     struct cover {
         std::size_t first = 0;   ///< pixel of the source
@@ -3362,7 +3362,7 @@ struct area_weights {
 /// Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
-    // In units of 1 / (source_length * result_length) of the whole, both kinds of pixels have whole borders.
+    // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
     const std::uint64_t source = source_length, result = result_length;
     area_weights made;
     for (std::uint64_t i = 0; i < result; ++i) {
@@ -3378,8 +3378,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. What is left to the user: not to ask
-// clang for -ffp-contract=fast, or any compiler for -ffast-math, which override this.
+// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
+// -ffp-contract=fast or any compiler's -ffast-math: they override it.
 #if defined(__clang__)
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -3427,8 +3427,8 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
-/// borders.
+/// Resizes an image; each side of the result is at least 1. An enlarged image consists of rectangles of equal color, mixed at
+/// their borders.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
@@ -3448,8 +3448,9 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// Two fused multiplications start a cycle and take 4, so 8 sums have to be under way: tiles have 12, in 12, 6 or 4 pixels of 1, 2
-// or 3 vectors. Two loads can start a cycle as well, and one vector for 12 pixels takes just about all of them.
+// The processor starts two fused multiplications per cycle, and each takes 4 cycles: at least 8 independent sums hide the
+// latency. Tiles have 12: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one vector need
+// nearly all of them.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -3497,7 +3498,7 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // for the prefetch, as with AVX-512
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
             const float* next_tile = x + sizeof...(p) * stride;
@@ -3530,31 +3531,31 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/detail/conv_avx512.hpp
-// What kernels/conv_f32.hpp and its like have in common with AVX-512.
+// The AVX-512 parts that conv_f32 and conv_u8 share.
 //
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input, or group of inputs that are
-// multiplied together, the panel's weights are loaded and each pixel's inputs are spread over a vector, by the multiplication
-// itself where there is one vector only. 24 sums are under way where 4 (Zen 4) or 8 (Intel) would hide the latency: large tiles
-// save loads, and weights that do not fit the first-level cache.
+// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that one
+// instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector, the
+// multiplication itself broadcasts. A tile has 24 independent sums, where 4 (Zen 4) or 8 (Intel) would hide the latency: large
+// tiles save loads of weights that do not fit the first-level cache.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-/// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
-/// processors that make two of each 512-bit instruction (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_most_halves = 5;
+/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
+/// processors that split 512-bit instructions in two (Zen 4).
+inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, and behind them half a vector where `half` is 1.
+/// The outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
 template <std::size_t vectors, std::size_t half>
 struct conv_lanes {
     __m512 whole[vectors == 0 ? 1 : vectors];
     __m256 rest;
 };
 
-/// values  32 bits a lane
+/// values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);
@@ -3564,13 +3565,13 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// The sums of a tile on their way to what finishes them, whole vectors for each pixel. They stay in the first-level cache; and a
-/// tile is compiled once, not for each type of results.
+/// The sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all
+/// types of results.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
 
-/// The lanes of one pixel to `to`; zeros behind the half vector.
+/// Stores the lanes of one pixel; zeros follow the half vector.
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
                                                     float* to) {
@@ -3578,25 +3579,25 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Where there are no ratios.
+/// Stands in for missing ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
-/// The outputs among 16 lanes of the panel from `from` on.
+/// Mask of the existing outputs among the 16 lanes of the panel from `from` on.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
     const std::size_t count = out.count > from ? out.count - from : 0;
     return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
 }
 
-/// The value itself, of which the compiler no longer knows where it comes from.
+/// Returns the value and hides its origin from the compiler.
 template <class T>
 [[gnu::always_inline]] inline T opaque(T value) {
     asm("" : "+r"(value));
     return value;
 }
 
-/// Every fourth pixel of a tile has a pointer, and those between are 1, 2 or 3 strides away: few enough for the general
-/// registers. Left to itself, the compiler keeps an offset for each pixel, most of them in memory.
+/// Every fourth pixel of a tile has a pointer; those between are 1, 2 or 3 strides away. So the pointers fit the general
+/// registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -3638,7 +3639,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
+    // Prefetches the next tile's inputs at an even pace: the hardware prefetcher is late.
     const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
@@ -3664,7 +3665,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() and finish() for pixels first to last - 1, in as large tiles as can be.
+/// Kernel::tile() and finish() for pixels first to last - 1, in tiles as large as fit.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     static_assert(pixels * (vectors + half) <= 24);
@@ -3680,7 +3681,7 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 /// Panel by panel.
 template <class Kernel, class Weights, class Input, class Output>
 inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
-    const detail::panel_cut cut(weights.outputs, conv_half, conv_most_halves);
+    const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
         switch (halves) {
@@ -3709,13 +3710,13 @@ LDI_END_TARGET
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_half, conv_most_halves);
+    detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_f32_kernel {
-    static constexpr std::size_t group = 1;  // inputs that are multiplied together
+    static constexpr std::size_t group = 1;  // inputs per multiplication
 
     [[gnu::always_inline]] static float load(const float* input) { return *input; }
 
@@ -3726,7 +3727,7 @@ struct conv_f32_kernel {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // or clang loads it again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }
@@ -3762,14 +3763,14 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_f32/contract.hpp
-// What a kernel of kernels/conv_f32.hpp is given and has to do.
+// Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
     isa set;
-    /// Fills `values` and `bias`; all else is there. As pack_conv_f32() of kernels/conv_f32.hpp.
+    /// Fills `values` and `bias`; the caller has set all other members. As pack_conv_f32() of kernels/conv_f32.hpp.
     void (*pack)(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias);
     /// As conv_f32() of kernels/conv_f32.hpp.
     void (*run)(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -3781,9 +3782,9 @@ struct conv_f32_kernel {
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
 //
-// Four inputs of a pixel are one load; fmla by lane multiplies one of them at a time by the weights of 4 outputs, so that nothing
-// has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers and its inputs
-// in 6; for each 96 fmla (384 products) it loads 22 vectors. In all, 3.1 products an instruction; fmla has 4.
+// One load fetches four inputs of a pixel; fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
+// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
+// vectors per 96 fmla (384 products): 3.1 products per instruction, where fmla alone has 4.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -3816,14 +3817,14 @@ template <int lane, std::size_t... p>
     ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// One input of every pixel, vector by vector of weights: so a single one of them needs a register.
+/// One input of every pixel, one vector of weights after another, so that the weights need one register.
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
     (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
-/// As many inputs of every pixel as there are lanes.
+/// sizeof...(lane) inputs of every pixel.
 template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,
@@ -3949,11 +3950,11 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 }  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_f32/wasm.hpp
-// kernels/conv_f32.hpp with WebAssembly's f32x4. There is no fused multiplication and addition: products are rounded.
+// kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// Inputs are spread over the lanes by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads
-// first: 8 sums, 2 vectors of weights, 4 of inputs; hence also one input at a time, because with two it would load the second
-// one's before the first one's products. As in detail/lanes_wasm.hpp, panels are functions of their own, called through a table.
+// The load broadcasts an input to all lanes; the panel's vectors share it. V8 allocates 15 registers and moves loads to the
+// front: 8 sums, 2 vectors of weights, 4 of inputs. One input at a time, because V8 would load a second one before the first
+// one's products.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -4027,16 +4028,16 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 #endif
 
 // ---- ldi/kernels/conv_f32.hpp
-// k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
-// side. One file of conv_f32/ for each instruction set.
+// k x k convolution of float32 values whose window is k pieces of contiguous memory: pixels of an image row, or pixels gathered
+// side by side. One file of conv_f32/ for each instruction set.
 //
-// Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
-// has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
-// addition.
+// The order of summation depends neither on the number of pixels in a call nor on their stride. So on one instruction set, a
+// pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
+// multiplication and addition.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
@@ -4055,7 +4056,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// target   to pack for, one that is_available()
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
+/// rows     pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -4072,9 +4073,9 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 
 /// result = activation(sum of weight * input * ratio + bias)
 ///
-/// rows          where the first pixel's stretches of `inputs` values begin
-/// pixel_stride  values from a pixel's stretches to the next pixel's
-/// ratios        one a pixel; nullptr for 1
+/// rows          start of each of the first pixel's pieces of `inputs` values
+/// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// ratios        one per pixel; nullptr stands for ones
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
@@ -4084,17 +4085,16 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 }  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/contract.hpp
-// What a kernel of kernels/conv_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+// Contract of the kernels of kernels/conv_u8.hpp, and the packing code that all instruction sets share.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The largest absolute value of a weight. Two products of a weight and an unsigned byte then add up in 16 bits, which is what
-/// AVX2 multiplies bytes with.
-inline constexpr std::int32_t largest_conv_u8_weight = 63;
-/// Inputs of all stretches together: sums stay in 32 bits.
-inline constexpr std::size_t most_conv_u8_inputs = std::size_t{1} << 17;
+/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
+inline constexpr std::int32_t max_conv_u8_weight = 63;
+/// Maximum number of inputs per output, over all pieces: sums fit 32 bits.
+inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes sound ones.
+/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes valid ones.
 struct conv_u8_weights {
     using value_type = std::uint8_t;  ///< of the inputs
 
@@ -4103,14 +4103,15 @@ struct conv_u8_weights {
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; these three are padded to whole panels
     buffer<float> scales, bias;
 };
 
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; all else is there. As pack_conv_u8() of kernels/conv_u8.hpp.
+    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. As pack_conv_u8() of
+    /// kernels/conv_u8.hpp.
     void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                  std::span<const float> scales, std::span<const float> bias);
     /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
@@ -4120,14 +4121,14 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// What a kernel does with the sums of one panel.
+/// Where and how a kernel stores the results of one panel.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
     float negative_slope, zero_point;
     std::size_t stride;  ///< values from pixel to pixel
-    std::size_t count;   ///< outputs from here on, to the last of the layer
+    std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
     conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
@@ -4141,7 +4142,7 @@ struct conv_u8_panel_output {
           count(weights.outputs),
           values(result) {}
 
-    /// Goes on to the next panel.
+    /// Advances to the next panel.
     void skip(std::size_t lanes) {
         offsets += lanes, scales += lanes, bias += lanes, values += lanes;
         count -= lanes < count ? lanes : count;
@@ -4150,14 +4151,14 @@ struct conv_u8_panel_output {
 
 namespace detail {
 
-/// As append_conv_panels() does it.
+/// Packs weights as append_conv_panels() does.
 ///
-/// zero_points  of the inputs of a stretch
+/// zero_points  of the inputs of one piece
 template <std::size_t group>
 inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
                                   std::span<const std::uint8_t> zero_points, std::span<const float> scales,
-                                  std::span<const float> bias, std::size_t lanes, std::size_t most_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+                                  std::span<const float> bias, std::size_t lanes, std::size_t max_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, max_vectors);
     const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
     packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
     for (std::size_t o = 0; o < packed.outputs; ++o) {
@@ -4317,13 +4318,13 @@ namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                          std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_most_halves);
+    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_max_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = 4;  // inputs that are multiplied together
+    static constexpr std::size_t group = 4;  // inputs per multiplication
 
     [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
 
@@ -4338,7 +4339,7 @@ struct conv_u8_tiles {
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // clang would load it once more for the half vector
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // or clang loads it again for the half vector
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
          ...);
@@ -4393,7 +4394,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // bytes: their signs are the kernel's affair
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel interprets them as signed
     conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
@@ -4534,8 +4535,8 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/conv_u8/neon.hpp
-// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. Inputs go in less 128; `offsets`
-// adds that back.
+// kernels/conv_u8.hpp with NEON: sdot makes four products of signed bytes for each of 4 lanes. The kernel subtracts 128 from the
+// inputs; `offsets` adds it back.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -4679,7 +4680,7 @@ LDI_END_TARGET
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Outputs that lie side by side in memory. Compilers make vectors of them.
+/// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -4691,7 +4692,7 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = std::fma(detail::nearest_float(sum), scale, bias);
-    // Products and sums are never left for the compiler to fuse or not.
+    // std::fma, so that no compiler decides whether to fuse.
     const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;
@@ -4850,15 +4851,15 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 #endif
 
 // ---- ldi/kernels/conv_u8.hpp
-// k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results.
+// k x k convolution of unsigned bytes: kernels/conv_f32.hpp in a quarter of the memory, with every stored value rounded to 8
+// bits. One file of conv_u8/ for each instruction set, all with equal results.
 //
-// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
-// the same operations everywhere: each product is added to what follows it with one rounding.
+// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
+// and every instruction set uses the same fused multiply-adds.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
@@ -4876,21 +4877,20 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target             to pack for, one that is_available()
-/// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
-///                    most_conv_u8_inputs
-/// zero_points        of the inputs of one stretch
-/// scales, bias       outputs: what a sum is multiplied by, and what is added then, in units of the result's scale
-/// rows               stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k
-///                    pixels
+/// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
+///                    max_conv_u8_inputs
+/// zero_points        of the inputs of one piece
+/// scales, bias       outputs: the factor of a sum and the value added to the product, in units of the result's scale
+/// rows               pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
 /// result_zero_point  of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
     LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
-    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= most_conv_u8_inputs);
+    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= max_conv_u8_inputs);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
-    LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
-                           [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
+    LDI_ASSERT(
+        std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     conv_u8_weights packed;
     packed.target = find_kernel(conv_u8_kernels, target).set;
     packed.rows = rows;
@@ -4902,12 +4902,12 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias), and where it is a byte plus the zero
-/// point, rounded, of two the even one, and clamped
+/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias); for bytes plus the result's zero point,
+/// rounded half to even and clamped
 ///
-/// rows          where the first pixel's stretches of `inputs` values begin
-/// pixel_stride  values from a pixel's stretches to the next pixel's
-/// ratios        one a pixel; nullptr for 1
+/// rows          start of each of the first pixel's pieces of `inputs` values
+/// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// ratios        one per pixel; nullptr stands for ones
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -4922,7 +4922,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 }  // namespace ldi
 
 // ---- ldi/kernels/detail/choose_target.hpp
-// For which instruction set 8-bit weights can be packed: not every kernel is exact for all of them.
+// Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
@@ -4935,26 +4935,26 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Kernels that multiply and add in two roundings take so many inputs at most, because they widen them first.
-inline constexpr std::size_t most_unfused_inputs = 4096;
+/// Maximum number of inputs of kernels that round products and sums separately: they widen inputs into a buffer first.
+inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact; they also round in a way that takes no sums below -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact. Their rounding needs sums of at least -2^23 / scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
     const signed_range range = range_of(weights, weight_zero_point);
     const double largest_weight = (std::max)(-range.least, range.most);
-    const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
-    const double largest_bias = (std::max)(-nearest_double(*least_bias), nearest_double(*most_bias));
+    const auto [min_bias, max_bias] = std::minmax_element(bias.begin(), bias.end());
+    const double largest_bias = (std::max)(-nearest_double(*min_bias), nearest_double(*max_bias));
     const std::optional<unfused_requantization> found = find_unfused_requantization(output);
-    if (!found.has_value() || inputs > most_unfused_inputs) return false;
+    if (!found.has_value() || inputs > max_unfused_inputs) return false;
     fast = {found->scale, found->offset, found->zero_point};
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
-/// -127..128 (a zero point of 127) fit once negated, and the requantization then takes the sums negated. AVX2 takes wider weights
-/// as well. NEON's requantization is the integer form.
+/// The fastest set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in -127..128 (a
+/// zero point of 127) fit after negation, and the requantization then reads negated sums. AVX2 accepts wider weights, too. NEON
+/// requantizes in integers.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;
@@ -4976,18 +4976,18 @@ inline bool is_negated(const float_requantization& fast) { return fast.scale < 0
 }  // namespace ldi::detail
 
 // ---- ldi/kernels/depthwise_u8/contract.hpp
-// What a kernel of kernels/depthwise_u8.hpp is given and has to do.
+// Contract of the kernels of kernels/depthwise_u8.hpp: their inputs and results.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes sound ones.
+/// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
 struct depthwise_u8_weights {
     static constexpr std::size_t taps = 9;
 
     isa target = isa::scalar;
     std::size_t channels = 0;
     std::size_t stride = 1;
-    std::uint8_t padding = 0;     ///< the input's zero point: the value of what lies outside the image
+    std::uint8_t padding = 0;     ///< the input's zero point: the value of pixels outside the image
     buffer<std::int16_t> wide;    ///< scalar, WebAssembly: weight minus its zero point
     buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
     buffer<std::uint32_t> order;  ///< AVX2: terms that the weights of each unit are split into
@@ -4998,7 +4998,7 @@ struct depthwise_u8_weights {
 
 namespace detail {
 
-/// The weights of one depthwise layer as they were, with their zero point taken off.
+/// The weights of one depthwise layer before packing, less their zero point.
 struct depthwise_source {
     std::span<const std::uint8_t> weights;  // channels x 9
     std::span<const std::int32_t> bias;
@@ -5020,7 +5020,7 @@ struct depthwise_source {
 /// One instruction set's kernel: a row of `depthwise_u8_kernels`.
 struct depthwise_u8_kernel {
     isa set;
-    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; all else is there.
+    /// Appends to `wide`, `narrow`, `order` and `bias` whatever run() reads; the caller has set all other members.
     void (*pack)(depthwise_u8_weights& packed, const detail::depthwise_source& source);
     /// As depthwise_u8() of kernels/depthwise_u8.hpp.
     void (*run)(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width, std::size_t repeat,
@@ -5030,17 +5030,17 @@ struct depthwise_u8_kernel {
 }  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
-// How kernels that keep a depthwise convolution's unfinished windows in registers walk along a row. A row's channels are cut into
-// units that fill some vectors; a unit with fewer channels than fit takes several stretches of the row at the same time.
+// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
+// are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Some channels of all pixels of a row: `most`, or a half or a quarter of that, at least 16. The last unit may begin within the
-/// one before it, and computes some values once more.
+/// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
+/// before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
-    /// The unit that comes after the first `done` of `all` channels.
+    /// The unit after the first `done` of `all` channels.
     depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
@@ -5050,7 +5050,7 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// What depthwise_u8() was called with.
+/// The arguments of depthwise_u8().
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -5070,7 +5070,7 @@ struct depthwise_call {
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
+    std::size_t moves[3];  ///< mask of an offset: all bits for rows, none for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -5082,7 +5082,7 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// `all` pixels, of the rows or of the result, are cut; the last stretch may begin within the one before it.
+    /// Cuts `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
@@ -5102,11 +5102,11 @@ struct depthwise_stretches {
     }
     /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 becomes more than any width
+        std::size_t columns[stretches];  // -1 wraps to more than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// What the window around pixel x of each stretch of the result has in its column `tap`, 0 to 2, for any repetition.
+    /// Column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
@@ -5115,7 +5115,7 @@ struct depthwise_stretches {
         }
         return at(columns);
     }
-    /// Where the results of a stretch begin, `scale` for each of its pixels.
+    /// Start of a stretch's results, with `scale` results per pixel.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }
@@ -5124,18 +5124,18 @@ struct depthwise_stretches {
 }  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
-// Weights that vpmaddubsw can be given. It adds two products of a byte and a signed byte in 16 bits and saturates: 255 * 127 * 2
-// is too much. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at most 128, and
-// the negative ones to at least -128. Few weights of a trained network are so large; what does not fit into one sum goes to
-// another.
+// Weights that vpmaddubsw multiplies exactly. It adds two products of a byte and a signed byte in 16 bits and saturates:
+// 255 * 127 * 2 does not fit. Products are exact for all inputs if the positive weights that meet in one 16-bit sum add up to at
+// most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the part that does not fit one
+// sum goes into another.
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-/// What weights may still be added to one 16-bit sum.
+/// The weights that one 16-bit sum still has room for.
 struct sum_room {
     int most = 128, least = -128;
 
-    /// Takes as much of `rest` as fits.
+    /// Removes from `rest` as much as fits, and returns it.
     std::int8_t take(int& rest) {
         const int part = std::clamp(rest, (std::max)(least, -128), (std::min)(most, 127));
         most -= (std::max)(part, 0);
@@ -5145,19 +5145,19 @@ struct sum_room {
     }
 };
 
-/// Whether these weights are signed bytes that may meet in one 16-bit sum. (Of different signs, they always may.)
+/// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
 }  // namespace ldi::avx2
 
 // ---- ldi/kernels/depthwise_u8/avx2_packing.hpp
-// How weights lie for depthwise_u8/avx2.hpp: split so that no sum of 16 bits can saturate (detail/unsaturated_pairs.hpp).
+// Weight layout of depthwise_u8/avx2.hpp: split so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
-/// The weights of one channel in one column, still to be multiplied.
+/// Weights of one channel in one column that no term holds yet.
 struct depthwise_rest {
     int rows[3];
 
@@ -5205,11 +5205,11 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 // ---- ldi/kernels/depthwise_u8/avx2.hpp
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
-// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
-// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
+// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (rows 0, 1, 2 and row 1 again). A
+// column of a window then takes two multiplications and an addition for 8 channels. The weight of row 1 is split between its two
+// places so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp); where that does not suffice, a unit has more terms.
 //
-// A column is interleaved once, in registers, and at once added to every window that it belongs to.
+// Each column is interleaved once, in registers, and added at once to every window that contains it.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5267,7 +5267,7 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    /// sum plus the products of this column as the left, middle or right one of a window.
     [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return add<0>(sum, column);
     }
@@ -5301,7 +5301,7 @@ private:
     }
 };
 
-/// The rows of the result, and where the stretches begin in them.
+/// The row of the result, and the start of each stretch in it.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];
@@ -5481,13 +5481,13 @@ LDI_END_TARGET
 // ---- ldi/kernels/depthwise_u8/avx512vnni.hpp
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
-// of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
-// that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
-// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantize.
+// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). A column
+// of a window then takes one vpdpbusd for 16 channels. Each column is interleaved once, in registers, and added at once to every
+// window that contains it. Weights and the sums of incomplete windows (two at a time) stay in registers. 64 channels of a pixel
+// take 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
-// stretches of the row at the same time.
+// Rows are cut into units of 64, 32 or 16 channels. A unit of fewer than 64 fills its vectors from two or four stretches of the
+// row.
 
 #if LDI_HAS_X86_KERNELS
 
@@ -5570,7 +5570,7 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    /// sum plus the products of this column as the left, middle or right one of a window.
     [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return add<0>(sum, column);
     }
@@ -5599,7 +5599,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// The rows of the result, and where the stretches begin in them.
+/// The row of the result, and the start of each stretch in it.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];
@@ -5777,24 +5777,24 @@ LDI_END_TARGET
 #endif
 
 // ---- ldi/kernels/depthwise_u8/columns.hpp
-// Which columns of the stored rows a piece of a depthwise convolution's result reads.
+// The columns of the stored rows that one piece of a depthwise convolution's result reads.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Result pixels first .. first + count - 1 of a row. What they read is laid out in slots, one a stored column, in order; the
-/// columns outside the image (-1 and `width`) have slots as well.
+/// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
+/// outside the image (-1 and `width`) have slots, too.
 struct depthwise_columns {
-    /// Few enough that the slots and the rows they are filled from share a first-level cache of 32 KiB.
-    static constexpr std::size_t most_slots = 40, most_taps = 4 * most_slots;
+    /// The slots and the rows they are filled from fit together into a first-level cache of 32 KiB.
+    static constexpr std::size_t max_slots = 40, max_taps = 4 * max_slots;
 
     std::size_t first = 0, count = 0;
-    std::size_t first_column = 0;  ///< that slot 0 holds, plus one
+    std::size_t first_column = 0;  ///< column in slot 0, plus one
     std::size_t slot_count = 0;
-    /// Of column first + i - 1 of the enlarged rows, at stride 1; a window takes three in a row.
-    std::uint16_t slot_of[most_taps];
+    /// Slot of column first + i - 1 of the enlarged rows, at stride 1; a window reads three in a row.
+    std::uint16_t slot_of[max_taps];
 
-    /// So many result pixels fit whatever their position.
-    static std::size_t most_pixels(std::size_t stride, std::size_t repeat) { return (most_slots - 3) * repeat / stride; }
+    /// Number of result pixels that fit at any position.
+    static std::size_t max_pixels(std::size_t stride, std::size_t repeat) { return (max_slots - 3) * repeat / stride; }
 
     depthwise_columns(std::size_t first_pixel, std::size_t pixels, std::size_t stride, std::size_t repeat)
         : first(first_pixel), count(pixels) {
@@ -5811,10 +5811,10 @@ struct depthwise_columns {
 // ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
-// then each of the three columns of a window is one sdot for 4 channels. For 16 channels of a pixel (144 products) that is 12
-// sdot and, for the column that the window before did not have, 11 instructions that interleave and make signed; with widening
-// multiplications (smlal) it would be 36 and 6. Requantization and stores make it about 90 in all.
+// The kernel first interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). Each
+// of the three columns of a window then takes one sdot for 4 channels. 16 channels of a pixel (144 products) take 12 sdot, and 11
+// instructions to interleave the new column; widening multiplications (smlal) would take 36 and 6. Requantization and stores
+// bring the total to about 90.
 
 #if LDI_HAS_ARM_KERNELS
 
@@ -5901,9 +5901,9 @@ template <class Requantizer>
 inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
                          std::size_t width, std::size_t repeat, std::uint8_t* result) {
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
+    const std::size_t most = detail::depthwise_columns::max_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    alignas(64) std::int8_t slot_values[detail::depthwise_columns::most_slots * depthwise_slot];
+    alignas(64) std::int8_t slot_values[detail::depthwise_columns::max_slots * depthwise_slot];
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t rest = result_width - first;
         const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);
@@ -5953,7 +5953,7 @@ LDI_END_TARGET
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
+/// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Tap by tap, the weights of all channels.
@@ -5993,7 +5993,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
         for (; first + block::value <= channels; first += block::value)
             depthwise_u8_channels(weights, taps, first, block{}, result);
         if (first == channels) continue;
-        if (channels > block::value)  // the last block overlaps the one before and gives the same values once more
+        if (channels > block::value)  // the last block overlaps the one before it
             depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
         else
             depthwise_u8_channels(weights, taps, 0, channels, result);
@@ -6005,8 +6005,8 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// Rows are first widened to 16 bits and laid out column by column, enlarged already: the first two rows interleaved, and of the
-// third row the column and the next one. So the 9 products of a window are 5 multiplications for 4 channels.
+// The kernel first widens rows to 16 bits and stores them column by column, already enlarged: the first two rows interleaved, and
+// the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
 
 #if LDI_HAS_WASM_KERNELS
 
@@ -6014,7 +6014,7 @@ namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
-inline constexpr std::size_t depthwise_most_slots = 66;             // 8 KiB
+inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
 
 inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
@@ -6053,7 +6053,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Lays columns out one after the other. The slot before the first one is overwritten.
+/// Writes one column after another. Overwrites the slot before the first.
 struct slot_writer {
     std::int16_t* slot;
     v128_t third = wasm_i32x4_splat(0);  // row of the column before
@@ -6167,8 +6167,8 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const auto fill = fill_functions[weights.channels >= depthwise_block];
     const std::size_t channels = weights.channels, stride = weights.stride;
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
-    alignas(16) std::int16_t memory[(1 + depthwise_most_slots) * depthwise_slot];
+    const std::size_t most = (depthwise_max_slots - 3) / stride + 1;
+    alignas(16) std::int16_t memory[(1 + depthwise_max_slots) * depthwise_slot];
     std::int16_t* const slot_values = memory + depthwise_slot;
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t count = result_width - first < most ? result_width - first : most;
@@ -6200,7 +6200,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
@@ -6220,7 +6220,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 /// weights           channels x 3 x 3, row-major
 /// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride            1 or 2
-/// input_zero_point  of the activations, and the value of what lies outside the image
+/// input_zero_point  of the activations, and the value of pixels outside the image
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -6237,14 +6237,14 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     return packed;
 }
 
-/// Pixels in a row of the result for `width` stored pixels, each of which counts `repeat` times.
+/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
 inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
     return (width * repeat - 1) / weights.stride + 1;
 }
 
 /// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
 ///         the choice of rows does what stride and repeat do horizontally
-/// repeat  1 to 4: how often each pixel of the rows is repeated
+/// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {
@@ -6282,35 +6282,35 @@ void stable_sort(buffer<T>& values, Before before) {
 }  // namespace ldi
 
 // ---- ldi/kernels/gemm_u8/contract.hpp
-// What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+// Contract of the kernels of kernels/gemm_u8.hpp, and the packing code that all instruction sets share.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
 struct gemm_u8_weights {
-    static constexpr std::size_t most_segments = 7;
+    static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
     buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::uint32_t> order;  ///< AVX2: the order of the inputs
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
     requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
     float_requantization fast;
 
-    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
-    /// them would be empty too.
+    /// Whether the lanes hold inputs instead of outputs: for one output and enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    std::size_t least_outputs;  ///< with fewer, lanes would be empty: the set that stands in for this one is faster
-    /// Appends to `wide`, `narrow` and `order` whatever run() reads; all else is there. As pack_gemm_u8() of kernels/gemm_u8.hpp.
+    std::size_t min_outputs;  ///< with fewer, lanes are empty, and the set that stands in for this one is faster
+    /// Appends to `wide`, `narrow` and `order` whatever run() reads; the caller has set all other members. As pack_gemm_u8() of
+    /// kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// As gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
@@ -6319,7 +6319,7 @@ struct gemm_u8_kernel {
 
 namespace detail {
 
-/// Inputs that the instructions at the heart of VNNI and NEON multiply together.
+/// Inputs per instruction of VNNI and NEON.
 inline constexpr std::size_t gemm_group = 4;
 
 /// Number of groups of four inputs, rounded up.
@@ -6330,8 +6330,8 @@ constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm
 ///
 /// sign  -1 for negated weights
 inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
-                                  std::size_t lanes, std::size_t most_vectors) {
-    const panel_cut cut(packed.outputs, lanes, most_vectors);
+                                  std::size_t lanes, std::size_t max_vectors) {
+    const panel_cut cut(packed.outputs, lanes, max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * lanes;
@@ -6374,7 +6374,7 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
@@ -6389,17 +6389,17 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
 struct gemm_term {
-    static constexpr std::size_t most_weights = gemm_most_vectors * gemm_lanes * gemm_group;
+    static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
     std::uint32_t first_input = 0;
-    int heaviest = 0;                        ///< of `load`
-    std::int8_t weights[most_weights] = {};  ///< outputs x 4
-    std::uint8_t load[most_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+    int heaviest = 0;                       ///< of `load`
+    std::int8_t weights[max_weights] = {};  ///< outputs x 4
+    std::uint8_t load[max_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
 
     /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
     bool fits(const gemm_term& other) const {
         constexpr std::uint64_t most = 64, each = 0x0101010101010101;
-        for (std::size_t i = 0; i < most_weights; i += 8) {
+        for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
             if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
@@ -6433,7 +6433,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
+/// An order of the terms that begins with pairs that may share their sums, and the number of these pairs.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
@@ -6470,7 +6470,7 @@ private:
 /// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     buffer<gemm_term> terms;
     std::size_t first = 0;
@@ -6479,7 +6479,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t s = 0; s < packed.segments; ++s) {
             terms.clear();
             for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
-                int group[gemm_term::most_weights] = {};
+                int group[gemm_term::max_weights] = {};
                 for (std::size_t o = first; o < first + outputs && o < packed.outputs; ++o)
                     for (std::size_t i = g; i < g + gemm_group && i < packed.inputs; ++i)
                         group[(o - first) * gemm_group + i - g] =
@@ -6511,7 +6511,7 @@ namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -6519,7 +6519,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+    std::size_t outputs, held;  ///< of the layer; of the panel
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -6623,14 +6623,14 @@ template <class Requantizer, std::size_t... p, std::size_t... v>
 
 template <std::size_t pixels, std::size_t vectors, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -6682,7 +6682,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     gemm_panel panel{segments,
                      weights.segments,
                      pixel_stride,
@@ -6721,18 +6721,17 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/avx512vnni.hpp
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
-// have to be under way: tiles have 12 to 16. A tile of 4 pixels and 4 vectors loads 8 times for 16 multiplications; larger tiles
-// are no faster.
+// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
+// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
 using detail::gemm_group;
 
-/// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -6745,20 +6744,20 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< from one pixel's results to the next
-    __mmask64 mask;       ///< of the panel's outputs that exist
+    std::size_t outputs;  ///< distance between adjacent pixels' results
+    __mmask64 mask;       ///< the panel's existing outputs
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -6767,7 +6766,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: of Zen 4's vectors of 512 bits each takes its units for two cycles.
+/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -6783,7 +6782,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel, with all vectors of weights.
+/// Four inputs of every pixel times all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -6835,7 +6834,7 @@ template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t...
             weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
     }
-    // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
+    // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
     constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
     std::uint8_t* const result = panel.result + first * panel.outputs;
     if constexpr (can_fill)
@@ -6846,7 +6845,7 @@ template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t...
 
 template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
@@ -6854,7 +6853,7 @@ inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& o
             gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -6871,7 +6870,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const fl
                      : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
 }
 
-/// The 16 sums of one pixel and one output, still to be added up.
+/// 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -6897,7 +6896,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // behind the last pixel, the last once more
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }
@@ -6914,7 +6913,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const std::size_t groups = detail::groups_of_four(weights.inputs);
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
                      result,   weights.outputs,  0};
@@ -6945,34 +6944,31 @@ LDI_END_TARGET
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
 // 32 products an instruction, where AVX2 makes 64 with five.
 //
-// A sum waits 5 cycles for the one before it and two instructions can start a cycle (Alder Lake), so at least 10 have to be under
-// way: tiles have 12, which with two vectors of weights and one of inputs leaves one register of the 16.
-//
-// Panels and tiles are walked as in avx2.hpp, and written again: a function has one target, and is inlined into none that lacks
-// it.
+// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
+// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
 
 #if LDI_HAS_X86_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+    std::size_t outputs, held;  ///< of the layer; of the panel
 };
 
 template <std::size_t... v>
@@ -6981,7 +6977,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel, with all vectors of weights.
+/// Four inputs of every pixel times all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
@@ -7013,14 +7009,14 @@ template <class Requantizer, std::size_t... p, std::size_t... v>
 
 template <std::size_t pixels, std::size_t vectors, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -7034,7 +7030,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& o
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const std::size_t groups = detail::groups_of_four(weights.inputs);
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
                      result,   weights.outputs,  0};
@@ -7062,15 +7058,15 @@ LDI_END_TARGET
 // ---- ldi/kernels/gemm_u8/neon.hpp
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// Sixteen inputs of a pixel are one load; sdot by lane multiplies four of them at a time by the weights of 4 outputs, so that
-// nothing has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers; for
-// each 96 sdot (1536 products) it loads 22 times and makes 6 vectors signed. In all, 12 products an instruction; sdot has 16.
+// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
+// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
+// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
 
 #if LDI_HAS_ARM_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7082,7 +7078,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
         packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
     }
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -7108,14 +7104,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, vector by vector of weights: so a single one of them needs a register.
+/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// As many times four inputs of every pixel as there are groups.
+/// Four inputs of every pixel for each group.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
@@ -7164,7 +7160,7 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
     std::size_t p = 0;
     for (; p + pixels <= count; p += pixels)
         gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before it
         p = count - pixels;
         gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
         return;
@@ -7176,7 +7172,7 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
 template <class Requantizer>
 inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
                     std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
     const std::int8_t* values = weights.narrow.data();
     std::size_t first = 0;
@@ -7215,7 +7211,7 @@ LDI_END_TARGET
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Outputs that lie side by side in memory: input by input, the weights of so many outputs. Compilers make vectors of them.
+/// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -7264,18 +7260,17 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
-// by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads first: 8 sums, 2
-// vectors of weights, 4 of inputs.
+// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
+// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 
 #if LDI_HAS_WASM_KERNELS
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
 
-/// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -7287,7 +7282,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 /// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
@@ -7312,7 +7307,7 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Windows that overlap or lie side by side stay so.
+          // Keeps overlapping and adjacent windows as they are.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
@@ -7328,12 +7323,12 @@ struct widened_pixels {
                 widen(from, (count - 1) * pixel_stride + weights.inputs, to);
             else
                 for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
-            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one value too many
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one extra value
         }
     }
 };
 
-/// What all tiles of some pixels and one panel share.
+/// The arguments of all tiles of some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
     const gemm_u8_weights& weights;
@@ -7390,7 +7385,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8
     const std::size_t outputs = panel.weights.outputs;
     std::size_t p = 0;
     for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before and gives the same values once more
+    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before it
         p = count - gemm_tile;
         gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
         return;
@@ -7400,10 +7395,10 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8
 
 inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    static constexpr void (*panel_functions[2][gemm_most_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
+    static constexpr void (*panel_functions[2][gemm_max_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
         {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
     const auto& functions = panel_functions[weights.output.zero_point == 0];
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.most ? pixels - done : input.most;
@@ -7471,7 +7466,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
@@ -7488,18 +7483,18 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 };
 static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
-///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
+/// target            to pack for. Where it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86 no
+///                   float form of the requantization), the function packs for a slower set: `result.target`
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
-/// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
+/// segments          pieces of contiguous memory that hold one pixel's inputs: 1, or k for a k x k convolution; at most 7
 /// input_zero_point  of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                     std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
                                     const requantization& output) {
-    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::most_segments);
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     gemm_u8_weights packed;
     packed.segments = segments;
@@ -7507,15 +7502,15 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.outputs = bias.size();
     packed.output = output;
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
-    const isa wanted = packed.outputs < kernel.least_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
+    const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
 }
 
-/// segments      where the first pixel's stretches of `inputs` values begin; 3 more bytes behind each pixel's must be readable
-/// pixel_stride  bytes from a pixel's stretches to the next pixel's
+/// segments      start of each of the first pixel's pieces of `inputs` values; 3 more bytes behind each pixel's must be readable
+/// pixel_stride  distance between adjacent pixels' segments, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
@@ -8297,7 +8292,7 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
         float largest = 0.0F;
         for (std::size_t i = 0; i < inputs; ++i)
             largest = (std::max)(largest, std::abs(row[i] *= input_scales[i % input_scales.size()]));
-        const float step = largest > 0.0F ? largest / detail::nearest_float(largest_conv_u8_weight) : 1.0F;
+        const float step = largest > 0.0F ? largest / detail::nearest_float(max_conv_u8_weight) : 1.0F;
         for (std::size_t i = 0; i < inputs; ++i) rounded[o * inputs + i] = static_cast<std::int8_t>(std::lround(row[i] / step));
         scales[o] = step / result.scale, result_bias[o] = bias[o] / result.scale;
     }
@@ -9126,7 +9121,7 @@ private:
             std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
             std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
         }
-        std::array<const std::uint8_t*, gemm_u8_weights::most_segments> segments{};
+        std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
             const std::size_t row = y * layer.stride + k;  // plus the margin
             if (row >= margin && row < height + margin) {
@@ -10007,7 +10002,7 @@ public:
             buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
-            if (l.inputs() * k * k > most_conv_u8_inputs)
+            if (l.inputs() * k * k > max_conv_u8_inputs)
                 raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
                       l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,

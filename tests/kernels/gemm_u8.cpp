@@ -61,7 +61,7 @@ product any_product(ldi_test::random_bytes& random, std::size_t segments, std::s
 
 /// Where nothing stands in the way of the set that is asked for.
 ldi::isa expected_target(const product& p, ldi::isa set) {
-    const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).least_outputs;
+    const bool fills_lanes = p.outputs >= ldi::find_kernel(ldi::gemm_u8_kernels, set).min_outputs;
     return fills_lanes ? set : ldi::find_instruction_set(set).otherwise;
 }
 

@@ -20,7 +20,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, false, avx2::add_u8},
@@ -59,7 +59,8 @@ inline bool is_exact(const add_u8_constants& sum, std::uint8_t a, const buffer<s
     return std::memcmp(found, expected.data() + a * 256, 256) == 0;
 }
 
-/// Whether it does for all pairs of values. `suspect` is where the last candidate failed, which refutes many others.
+/// Whether it does for all pairs of values. `suspect` is the value on which the last candidate failed: testing it first refutes
+/// most candidates.
 inline bool is_exact(const add_u8_constants& sum, const buffer<std::uint8_t>& expected, std::uint8_t& suspect) {
     if (!is_exact(sum, suspect, expected)) return false;
     for (const std::uint8_t a : all_bytes)
@@ -81,7 +82,8 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     expected.reserve(65536);
     for (const std::uint8_t a : detail::all_bytes)
         for (const std::uint8_t b : detail::all_bytes) expected.push_back(add_quantized(a, b, exact));
-    // Of 65,536 sums some lie closer to a tie than float can tell; among the neighbors of the real constants a few are lucky.
+    // Some of the 65,536 sums lie closer to a tie than float can resolve. A few constants beside the exact ones still agree on
+    // all.
     const double unit = std::ldexp(1.0, -exact.shift);
     const float a_scale = static_cast<float>(exact.a_multiplier * unit), b_scale = static_cast<float>(exact.b_multiplier * unit);
     const double offset = exact.bias * unit + exact.zero_point;

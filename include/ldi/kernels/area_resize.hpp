@@ -15,7 +15,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Along one direction: the pixels of the source that each pixel of the result covers, and what share of it each is.
+/// One direction: the source pixels that each result pixel covers, and the share of each.
 struct area_weights {
     struct cover {
         std::size_t first = 0;   ///< pixel of the source
@@ -29,7 +29,7 @@ struct area_weights {
 /// Lengths are at least 1 and their product is below 2^63.
 inline area_weights make_area_weights(std::size_t source_length, std::size_t result_length) {
     LDI_ASSERT(source_length > 0 && result_length > 0);
-    // In units of 1 / (source_length * result_length) of the whole, both kinds of pixels have whole borders.
+    // In units of 1 / (source_length * result_length), the borders of source and result pixels are integers.
     const std::uint64_t source = source_length, result = result_length;
     area_weights made;
     for (std::uint64_t i = 0; i < result; ++i) {
@@ -45,8 +45,8 @@ inline area_weights make_area_weights(std::size_t source_length, std::size_t res
     return made;
 }
 
-// A fused multiply-add would change the last bit of some sums on machines that have it. What is left to the user: not to ask
-// clang for -ffp-contract=fast, or any compiler for -ffast-math, which override this.
+// A fused multiply-add would change the last bit of some sums on machines that have it. Do not compile this with clang's
+// -ffp-contract=fast or any compiler's -ffast-math: they override it.
 #if defined(__clang__)
 #define LDI_NO_FUSED_MULTIPLY_ADD _Pragma("clang fp contract(off)")
 #else
@@ -94,8 +94,8 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// The image at another size, each side at least 1. Made larger, it consists of rectangles of equal color, mixed at their
-/// borders.
+/// Resizes an image; each side of the result is at least 1. An enlarged image consists of rectangles of equal color, mixed at
+/// their borders.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {

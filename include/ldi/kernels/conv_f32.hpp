@@ -1,9 +1,9 @@
-// k x k convolution of float32 values whose window is k stretches of memory: a row of image pixels, or pixels gathered side by
-// side. One file of conv_f32/ for each instruction set.
+// k x k convolution of float32 values whose window is k pieces of contiguous memory: pixels of an image row, or pixels gathered
+// side by side. One file of conv_f32/ for each instruction set.
 //
-// Sums are taken in one order whatever the number of pixels in a call and their stride: on one instruction set a pixel's result
-// has the same bits however the pixels are cut into calls. Instruction sets agree to rounding: some fuse multiplication and
-// addition.
+// The order of summation depends neither on the number of pixels in a call nor on their stride. So on one instruction set, a
+// pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
+// multiplication and addition.
 #pragma once
 
 #include <ldi/kernels/conv_f32/avx2.hpp>
@@ -19,7 +19,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_f32, avx2::conv_f32},
@@ -38,7 +38,7 @@ static_assert(find_kernel(conv_f32_kernels, isa::scalar).set == isa::scalar);
 /// target   to pack for, one that is_available()
 /// weights  outputs x rows x inputs, row-major, finite
 /// bias     outputs
-/// rows     stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k pixels
+/// rows     pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
 inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights, std::span<const float> bias, std::size_t rows,
                                       activation after) {
     LDI_ASSERT(!bias.empty() && rows >= 1 && weights.size() % (bias.size() * rows) == 0);
@@ -55,9 +55,9 @@ inline conv_f32_weights pack_conv_f32(isa target, std::span<const float> weights
 
 /// result = activation(sum of weight * input * ratio + bias)
 ///
-/// rows          where the first pixel's stretches of `inputs` values begin
-/// pixel_stride  values from a pixel's stretches to the next pixel's
-/// ratios        one a pixel; nullptr for 1
+/// rows          start of each of the first pixel's pieces of `inputs` values
+/// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// ratios        one per pixel; nullptr stands for ones
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {

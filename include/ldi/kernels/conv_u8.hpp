@@ -1,8 +1,8 @@
-// k x k convolution of unsigned bytes, like kernels/conv_f32.hpp in a quarter of the memory: what float arithmetic computes,
-// rounded to 8 bits wherever it is stored. One file of conv_u8/ for each instruction set, all with equal results.
+// k x k convolution of unsigned bytes: kernels/conv_f32.hpp in a quarter of the memory, with every stored value rounded to 8
+// bits. One file of conv_u8/ for each instruction set, all with equal results.
 //
-// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32, in
-// the same operations everywhere: each product is added to what follows it with one rounding.
+// A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
+// and every instruction set uses the same fused multiply-adds.
 #pragma once
 
 #include <ldi/kernels/conv_u8/avx2.hpp>
@@ -21,7 +21,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_conv_u8, avx2::conv_u8<std::uint8_t>, avx2::conv_u8<float>},
@@ -39,21 +39,20 @@ inline constexpr conv_u8_kernel conv_u8_kernels[] = {
 static_assert(find_kernel(conv_u8_kernels, isa::scalar).set == isa::scalar);
 
 /// target             to pack for, one that is_available()
-/// weights            outputs x rows x inputs, row-major, at most largest_conv_u8_weight in absolute value; rows x inputs at most
-///                    most_conv_u8_inputs
-/// zero_points        of the inputs of one stretch
-/// scales, bias       outputs: what a sum is multiplied by, and what is added then, in units of the result's scale
-/// rows               stretches of memory that the inputs of one pixel lie in: k for a k x k convolution, whose stretches hold k
-///                    pixels
+/// weights            outputs x rows x inputs, row-major, at most max_conv_u8_weight in absolute value; rows x inputs at most
+///                    max_conv_u8_inputs
+/// zero_points        of the inputs of one piece
+/// scales, bias       outputs: the factor of a sum and the value added to the product, in units of the result's scale
+/// rows               pieces of contiguous memory that hold one pixel's inputs: k for a k x k convolution, each with k pixels
 /// result_zero_point  of results that are bytes
 inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                                     std::span<const float> scales, std::span<const float> bias, std::size_t rows,
                                     activation after, std::uint8_t result_zero_point) {
     LDI_ASSERT(!bias.empty() && scales.size() == bias.size() && rows >= 1);
-    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= most_conv_u8_inputs);
+    LDI_ASSERT(weights.size() == bias.size() * rows * zero_points.size() && rows * zero_points.size() <= max_conv_u8_inputs);
     LDI_ASSERT(after.negative_slope >= 0.0F && after.negative_slope <= 1.0F);
-    LDI_ASSERT(std::all_of(weights.begin(), weights.end(),
-                           [](int w) { return w >= -largest_conv_u8_weight && w <= largest_conv_u8_weight; }));
+    LDI_ASSERT(
+        std::all_of(weights.begin(), weights.end(), [](int w) { return w >= -max_conv_u8_weight && w <= max_conv_u8_weight; }));
     conv_u8_weights packed;
     packed.target = find_kernel(conv_u8_kernels, target).set;
     packed.rows = rows;
@@ -65,12 +64,12 @@ inline conv_u8_weights pack_conv_u8(isa target, std::span<const std::int8_t> wei
     return packed;
 }
 
-/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias), and where it is a byte plus the zero
-/// point, rounded, of two the even one, and clamped
+/// result = activation(sum of weight * (input - zero point) * (scale * ratio) + bias); for bytes plus the result's zero point,
+/// rounded half to even and clamped
 ///
-/// rows          where the first pixel's stretches of `inputs` values begin
-/// pixel_stride  values from a pixel's stretches to the next pixel's
-/// ratios        one a pixel; nullptr for 1
+/// rows          start of each of the first pixel's pieces of `inputs` values
+/// pixel_stride  distance between the pieces of adjacent pixels, in values
+/// ratios        one per pixel; nullptr stands for ones
 /// result        pixels x outputs, row-major, std::uint8_t or float; must not overlap the input
 template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,

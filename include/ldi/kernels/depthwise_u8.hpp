@@ -16,7 +16,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, avx2::pack_depthwise_u8, avx2::depthwise_u8},
@@ -36,7 +36,7 @@ static_assert(find_kernel(depthwise_u8_kernels, isa::scalar).set == isa::scalar)
 /// weights           channels x 3 x 3, row-major
 /// bias              channels, in units of input scale * weight scale; |bias| must be below 2^30
 /// stride            1 or 2
-/// input_zero_point  of the activations, and the value of what lies outside the image
+/// input_zero_point  of the activations, and the value of pixels outside the image
 inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                               std::span<const std::int32_t> bias, std::size_t stride,
                                               std::uint8_t input_zero_point, const requantization& output) {
@@ -53,14 +53,14 @@ inline depthwise_u8_weights pack_depthwise_u8(isa target, std::span<const std::u
     return packed;
 }
 
-/// Pixels in a row of the result for `width` stored pixels, each of which counts `repeat` times.
+/// Pixels per row of the result for `width` stored pixels, each repeated `repeat` times.
 inline std::size_t depthwise_result_width(const depthwise_u8_weights& weights, std::size_t width, std::size_t repeat) {
     return (width * repeat - 1) / weights.stride + 1;
 }
 
 /// rows    the rows above, at and below the result's row, width x channels each; nullptr for a row outside the image. Vertically
 ///         the choice of rows does what stride and repeat do horizontally
-/// repeat  1 to 4: how often each pixel of the rows is repeated
+/// repeat  1 to 4: repetitions of each pixel
 /// result  depthwise_result_width() x channels; must not overlap the rows
 inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t* const rows[3], std::size_t width,
                          std::size_t repeat, std::uint8_t* result) {

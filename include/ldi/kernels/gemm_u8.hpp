@@ -17,7 +17,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which instruction set has which kernel.
+/// The kernel of each instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 #if LDI_HAS_X86_KERNELS
     {isa::avx2, 1, avx2::pack_gemm_u8, avx2::gemm_u8},
@@ -34,18 +34,18 @@ inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
 };
 static_assert(find_kernel(gemm_u8_kernels, isa::scalar).set == isa::scalar);
 
-/// target            to pack for. Where it can't be exact (weights beyond 8 signed bits for VNNI and NEON, on x86 no
-///                   float form of the requantization), the weights are packed for a slower one; `result.target` tells
+/// target            to pack for. Where it cannot be exact (weights beyond 8 signed bits for VNNI and NEON; on x86 no
+///                   float form of the requantization), the function packs for a slower set: `result.target`
 /// weights           outputs x segments x inputs, row-major
 /// bias              outputs, in units of input scale * weight scale
-/// segments          stretches of memory that the inputs of one pixel lie in: 1, or k for a k x k convolution; at most 7
+/// segments          pieces of contiguous memory that hold one pixel's inputs: 1, or k for a k x k convolution; at most 7
 /// input_zero_point  of the activations
 ///
 /// For every output, `510 * sum |weight - zero point| + |bias|` must be below 2^31, so that no order of summation overflows.
 inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                                     std::span<const std::int32_t> bias, std::size_t segments, std::uint8_t input_zero_point,
                                     const requantization& output) {
-    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::most_segments);
+    LDI_ASSERT(!bias.empty() && segments >= 1 && segments <= gemm_u8_weights::max_segments);
     LDI_ASSERT(weights.size() % (bias.size() * segments) == 0);
     gemm_u8_weights packed;
     packed.segments = segments;
@@ -53,15 +53,15 @@ inline gemm_u8_weights pack_gemm_u8(isa target, std::span<const std::uint8_t> we
     packed.outputs = bias.size();
     packed.output = output;
     const gemm_u8_kernel& kernel = find_kernel(gemm_u8_kernels, target);
-    const isa wanted = packed.outputs < kernel.least_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
+    const isa wanted = packed.outputs < kernel.min_outputs ? find_instruction_set(kernel.set).otherwise : kernel.set;
     packed.target = detail::choose_target(wanted, weights, weight_zero_point, bias, output, packed.fast);
     detail::fold_zero_points(packed, weights, weight_zero_point, bias, input_zero_point);
     find_kernel(gemm_u8_kernels, packed.target).pack(packed, weights, weight_zero_point);
     return packed;
 }
 
-/// segments      where the first pixel's stretches of `inputs` values begin; 3 more bytes behind each pixel's must be readable
-/// pixel_stride  bytes from a pixel's stretches to the next pixel's
+/// segments      start of each of the first pixel's pieces of `inputs` values; 3 more bytes behind each pixel's must be readable
+/// pixel_stride  distance between adjacent pixels' segments, in bytes
 /// result        pixels x outputs, row-major; must not overlap the input
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {

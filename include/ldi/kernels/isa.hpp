@@ -1,7 +1,7 @@
-// Instruction sets that the kernels of kernels/ are written for: one row of `instruction_sets` each. Which one runs is decided at
-// run time, when weights are packed; all of them give the same bits. The environment variable LDI_ISA forces one by its name, for
-// tests and benchmarks. A new set is a row here, a file in the folder of each family that it makes faster, and a row in that
-// family's table (kernels/gemm_u8.hpp and its like); README.md beside this file shows which set has which.
+// The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
+// All of them give the same bits, but for float32. The environment variable LDI_ISA forces one by its name, for tests and
+// benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
+// table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
 #pragma once
 
 #include <ldi/base/error.hpp>
@@ -21,14 +21,14 @@ enum class isa {
     avx_vnni,          ///< AVX2 with VNNI's products of bytes in 256 bits: Intel's client processors since Alder Lake
     avx512vnni,        ///< AVX-512 F, BW, VL and VNNI
     neon_dot_product,  ///< 64-bit Arm with the dot product extension
-    wasm_simd128,      ///< WebAssembly's 128-bit vectors: all of a module uses them or nothing, so the compiler's flags decide
+    wasm_simd128,      ///< WebAssembly's 128-bit vectors: the compiler's flags decide for the whole module
 };
 
 struct instruction_set {
     isa id;
-    std::string_view name;             ///< as LDI_ISA spells it
+    std::string_view name;             ///< value of LDI_ISA
     std::array<cpu_feature, 4> needs;  ///< all of them
-    isa otherwise;                     ///< whose kernel runs where a family has none for this set
+    isa otherwise;                     ///< stands in where a family has no kernel for this set
 };
 
 /// Slowest first.
@@ -49,10 +49,10 @@ constexpr const instruction_set& find_instruction_set(isa id) {
     return instruction_sets.front();
 }
 
-/// The name as LDI_ISA spells it.
+/// The value of LDI_ISA that names the set.
 constexpr std::string_view to_string(isa set) { return find_instruction_set(set).name; }
 
-/// Whether this processor and operating system run it, and this build of ldi has it.
+/// Whether this processor, this operating system and this build of ldi support it.
 inline bool is_available(isa set) {
     for (const cpu_feature feature : find_instruction_set(set).needs)
         if (!detail::has_feature(feature)) return false;
@@ -75,8 +75,7 @@ inline isa best_isa() {
     return best;
 }
 
-/// The row of a family's table for this set, or for the nearest one that the table has in its place. Every table has one for
-/// scalar.
+/// The row of a family's table for this set, or for the set that stands in for it. Every table has a row for scalar.
 template <class Kernel, std::size_t rows>
 constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
     for (isa set = wanted;; set = find_instruction_set(set).otherwise)

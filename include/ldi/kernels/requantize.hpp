@@ -1,6 +1,6 @@
-// Exact integer requantization: how an int32 accumulator, or the sum of two 8-bit tensors, becomes an 8-bit value again. The
-// arithmetic is that of QNNPACK, the engine the published depth network was made for, so results equal the published ones bit
-// for bit. Every instruction set must give the values that the functions here give.
+// Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
+// QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
+// give the values of the functions here.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -12,7 +12,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What an 8-bit value stands for: `(q - zero_point) * scale`.
+/// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
     float scale = 1;
     std::uint8_t zero_point = 0;
@@ -30,7 +30,7 @@ struct requantization {
 /// Two 8-bit tensors to their sum in 8 bits.
 struct quantized_addition {
     std::int32_t a_multiplier = 0, b_multiplier = 0;  ///< 0..2^22, the larger at least 2^21
-    std::int32_t bias = 0;                            ///< takes away both zero points
+    std::int32_t bias = 0;                            ///< subtracts both zero points
     std::int32_t shift = 0;                           ///< 14..31
     std::int32_t zero_point = 0;                      ///< 0..255
 };
@@ -56,7 +56,7 @@ inline std::uint8_t offset_and_clamp(std::int32_t value, std::int32_t zero_point
 
 }  // namespace detail
 
-/// Whether make_requantization() takes this scale: it must lie in [2^-32, 1).
+/// Whether make_requantization() accepts this scale: it must lie in [2^-32, 1).
 inline bool is_requantization_scale(float scale) { return scale >= 0x1p-32F && scale < 1.0F; }
 
 /// scale  input scale * weight scale / output scale, computed in float
@@ -74,8 +74,8 @@ inline std::uint8_t requantize(std::int32_t accumulator, const requantization& r
     return detail::offset_and_clamp(detail::rounding_shift(high, r.shift), r.zero_point);
 }
 
-/// Whether make_quantized_addition() takes these ratios of input scale to output scale: both positive, the larger in [2^-10,
-/// 2^8).
+/// Whether make_quantized_addition() accepts these ratios of input scale to output scale: both positive, the larger in
+/// [2^-10, 2^8).
 inline bool are_addition_ratios(float a_ratio, float b_ratio) {
     const float larger = (std::max)(a_ratio, b_ratio);
     return a_ratio > 0 && b_ratio > 0 && larger >= 0x1p-10F && larger < 0x1p8F;

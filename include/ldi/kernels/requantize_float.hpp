@@ -1,7 +1,7 @@
-// Requantization in float arithmetic that gives the same 8-bit values as the exact integer form of kernels/requantize.hpp, at a
-// third of its cost in vectors. The integer form never falls as the accumulator grows and takes at most 256 values, so it is
-// known by at most 255 thresholds; a float form that agrees on both sides of each of them agrees everywhere. The obvious
-// constants miss a few thresholds by one; nudged by some units in the last place they miss none.
+// Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
+// cost in vectors. The integer form is monotonic and has at most 256 values, so at most 255 thresholds define it. A float form
+// that agrees on both sides of each threshold agrees everywhere. The exact constants miss a few thresholds by one; moved by a few
+// units in the last place, they miss none.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -18,7 +18,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A whole number in float plus the zero point, clamped to 0..255.
+/// An integral float plus the zero point, clamped to 0..255.
 inline std::uint8_t offset_and_clamp(float value, std::int32_t zero_point) {
     const float clamped = (std::min)((std::max)(value, nearest_float(-zero_point)), nearest_float(255 - zero_point));
     return static_cast<std::uint8_t>(static_cast<std::int32_t>(clamped) + zero_point);
@@ -45,7 +45,7 @@ struct unfused_requantization {
     std::int32_t zero_point = 0;
 
     std::uint8_t operator()(std::int32_t accumulator) const {
-        // Products of two floats are exact in double; so no compiler can fuse this one with the sum.
+        // The product of two floats is exact in double, so fusing it with the sum would change nothing.
         const auto product = static_cast<float>(double{detail::nearest_float(accumulator)} * double{scale});
         return detail::offset_and_clamp(std::nearbyint(product + (accumulator < 0 ? -offset : offset)), zero_point);
     }
@@ -58,9 +58,9 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     constexpr std::int32_t least = (std::numeric_limits<std::int32_t>::min)(), most = (std::numeric_limits<std::int32_t>::max)();
     buffer<std::int32_t> points{least, most};
     const auto result_at = [&r](std::int64_t point) { return requantize(static_cast<std::int32_t>(point), r); };
-    std::int64_t below = least;  // gives less than `value`
+    std::int64_t below = least;  // requantizes to less than `value`
     for (int value = requantize(least, r) + 1; value <= requantize(most, r); ++value) {
-        // Thresholds lie about 1 / scale apart, so the next one is searched for in steps that double from there on.
+        // Thresholds lie about 1 / scale apart: the search for the next one starts there and doubles its step.
         std::int64_t above = below, step = 1;
         while (result_at(above) < value) {
             below = above;
@@ -77,7 +77,7 @@ inline buffer<std::int32_t> requantization_checkpoints(const requantization& r) 
     return points;
 }
 
-/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if there is one.
+/// A form near `scale` and `offset` that agrees with the integer form on every accumulator, if one exists.
 template <class Form>
 std::optional<Form> search_float_form(const requantization& r, double offset) {
     const buffer<std::int32_t> points = requantization_checkpoints(r);
@@ -87,7 +87,7 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
 
     const float scale = static_cast<float>(std::ldexp(nearest_double(r.multiplier), -31 - r.shift));
     const float unit = scale - std::nextafter(scale, 0.0F);
-    std::size_t suspect = 0;  // the point that the last candidate failed on refutes many others
+    std::size_t suspect = 0;  // the point on which the last candidate failed refutes most others
     for (int offset_step = 0; offset_step <= 128; ++offset_step)
         for (int scale_step = -3; scale_step <= 3; ++scale_step) {
             const int signed_step = offset_step % 2 == 0 ? offset_step / 2 : -(offset_step + 1) / 2;
@@ -102,12 +102,12 @@ std::optional<Form> search_float_form(const requantization& r, double offset) {
     return std::nullopt;
 }
 
-/// By so much the first of the integer form's two roundings brings its thresholds nearer to zero.
+/// Shift of the thresholds toward zero by the first of the integer form's two roundings.
 inline double threshold_shift(const requantization& r) { return std::ldexp(1.0, -r.shift - 1); }
 
 }  // namespace detail
 
-/// Nothing if no float form near the real scale agrees with the integer form on every accumulator.
+/// Empty if no float form near the exact scale agrees with the integer form on every accumulator.
 inline std::optional<float_requantization> find_float_requantization(const requantization& r) {
     return detail::search_float_form<float_requantization>(r, 0.5 + detail::threshold_shift(r));
 }

@@ -1,4 +1,4 @@
-// What a kernel of kernels/add_u8.hpp is given and has to do.
+// Contract of the kernels of kernels/add_u8.hpp: their inputs and results.
 #pragma once
 
 #include <ldi/kernels/isa.hpp>
@@ -9,7 +9,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Only prepare_add_u8() makes sound ones.
+/// Only prepare_add_u8() makes valid ones.
 struct add_u8_constants {
     isa target = isa::scalar;
     quantized_addition exact;

@@ -30,7 +30,7 @@ struct adder {
     }
 
 private:
-    /// Clang would convert what it knows to be positive as unsigned, which costs eight instructions of x86 instead of one.
+    /// Clang converts values that it knows to be positive as unsigned, which takes eight x86 instructions instead of one.
     [[gnu::always_inline]] static v128_t to_float(v128_t values) {
         asm("" : "+r"(values));
         return wasm_f32x4_convert_i32x4(values);

@@ -1,7 +1,8 @@
 // kernels/conv_f32.hpp with AVX2 and FMA.
 //
-// Two fused multiplications start a cycle and take 4, so 8 sums have to be under way: tiles have 12, in 12, 6 or 4 pixels of 1, 2
-// or 3 vectors. Two loads can start a cycle as well, and one vector for 12 pixels takes just about all of them.
+// The processor starts two fused multiplications per cycle, and each takes 4 cycles: at least 8 independent sums hide the
+// latency. Tiles have 12: 12, 6 or 4 pixels with 1, 2 or 3 vectors. Two loads can start per cycle; 12 pixels with one vector need
+// nearly all of them.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -57,7 +58,7 @@ struct conv_f32_tiles {
         __m256 sums[sizeof...(p) * sizeof...(v)] = {};
         const std::size_t stride = input.pixel_stride;
         const float* weights = input.weights;
-        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // as with AVX-512
+        const std::size_t fetch = sizeof...(p) * stride / input.inputs;  // for the prefetch, as with AVX-512
         for (std::size_t r = 0; r < input.row_count; ++r) {
             const float* x = input.rows[r] + first_pixel * stride;
             const float* next_tile = x + sizeof...(p) * stride;

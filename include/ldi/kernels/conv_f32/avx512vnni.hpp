@@ -12,13 +12,13 @@
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
-    detail::append_conv_panels(packed, weights, bias, conv_half, conv_most_halves);
+    detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_f32_kernel {
-    static constexpr std::size_t group = 1;  // inputs that are multiplied together
+    static constexpr std::size_t group = 1;  // inputs per multiplication
 
     [[gnu::always_inline]] static float load(const float* input) { return *input; }
 
@@ -29,7 +29,7 @@ struct conv_f32_kernel {
             sums.rest = _mm256_fmadd_ps(_mm256_set1_ps(input), weights.rest, sums.rest);
         } else {
             __m512 x = _mm512_set1_ps(input);
-            if constexpr (half == 1) asm("" : "+v"(x));  // clang would load it once more for the half vector
+            if constexpr (half == 1) asm("" : "+v"(x));  // or clang loads it again for the half vector
             ((sums.whole[v] = _mm512_fmadd_ps(x, weights.whole[v], sums.whole[v])), ...);
             if constexpr (half == 1) sums.rest = _mm256_fmadd_ps(_mm512_castps512_ps256(x), weights.rest, sums.rest);
         }

@@ -1,8 +1,8 @@
 // kernels/conv_f32.hpp with NEON.
 //
-// Four inputs of a pixel are one load; fmla by lane multiplies one of them at a time by the weights of 4 outputs, so that nothing
-// has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers and its inputs
-// in 6; for each 96 fmla (384 products) it loads 22 vectors. In all, 3.1 products an instruction; fmla has 4.
+// One load fetches four inputs of a pixel; fmla by lane multiplies one of them by the weights of 4 outputs, so no instruction
+// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers and its inputs in 6. It loads 22
+// vectors per 96 fmla (384 products): 3.1 products per instruction, where fmla alone has 4.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -43,14 +43,14 @@ template <int lane, std::size_t... p>
     ((sums[p * vectors] = multiply_add<lane>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// One input of every pixel, vector by vector of weights: so a single one of them needs a register.
+/// One input of every pixel, one vector of weights after another, so that the weights need one register.
 template <int lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, float32x4_t* sums,
                                                 const float* weights, const float32x4_t* inputs) {
     (multiply_add<lane>(pixels, sums + v, sizeof...(v), load(weights + (lane * sizeof...(v) + v) * conv_width), inputs), ...);
 }
 
-/// As many inputs of every pixel as there are lanes.
+/// sizeof...(lane) inputs of every pixel.
 template <int... lane, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, lane...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, float32x4_t* sums, const float*& weights,

@@ -1,8 +1,8 @@
-// kernels/conv_f32.hpp with WebAssembly's f32x4. There is no fused multiplication and addition: products are rounded.
+// kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
 //
-// Inputs are spread over the lanes by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads
-// first: 8 sums, 2 vectors of weights, 4 of inputs; hence also one input at a time, because with two it would load the second
-// one's before the first one's products. As in detail/lanes_wasm.hpp, panels are functions of their own, called through a table.
+// The load broadcasts an input to all lanes; the panel's vectors share it. V8 allocates 15 registers and moves loads to the
+// front: 8 sums, 2 vectors of weights, 4 of inputs. One input at a time, because V8 would load a second one before the first
+// one's products.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>

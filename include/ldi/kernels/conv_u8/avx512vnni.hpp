@@ -16,13 +16,13 @@ namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                          std::span<const float> scales, std::span<const float> bias) {
-    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_most_halves);
+    detail::append_conv_u8_panels<4>(packed, weights, zero_points, scales, bias, conv_half, conv_max_halves);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
 struct conv_u8_tiles {
-    static constexpr std::size_t group = 4;  // inputs that are multiplied together
+    static constexpr std::size_t group = 4;  // inputs per multiplication
 
     [[gnu::always_inline]] static std::int32_t load(const std::uint8_t* input) { return load_rest(input, group); }
 
@@ -37,7 +37,7 @@ struct conv_u8_tiles {
     [[gnu::always_inline]] static void multiply_add(std::index_sequence<v...>, conv_lanes<sizeof...(v), half>& sums,
                                                     std::int32_t inputs, const conv_lanes<sizeof...(v), half>& weights) {
         __m512i x = _mm512_set1_epi32(inputs);
-        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // clang would load it once more for the half vector
+        if constexpr (half == 1 && sizeof...(v) > 0) asm("" : "+v"(x));  // or clang loads it again for the half vector
         ((sums.whole[v] = _mm512_castsi512_ps(
               _mm512_dpbusd_epi32(_mm512_castps_si512(sums.whole[v]), x, _mm512_castps_si512(weights.whole[v])))),
          ...);
@@ -92,7 +92,7 @@ template <class Result>
 void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, std::size_t pixel_stride, std::size_t pixels,
              const float* ratios, Result* result) {
     const auto* const values =
-        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // bytes: their signs are the kernel's affair
+        reinterpret_cast<const std::uint8_t*>(weights.values.data());  // the kernel interprets them as signed
     conv_panels<conv_u8_tiles>(weights, conv_panel_input<std::uint8_t>{rows, weights.rows, weights.inputs, pixel_stride, values},
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }

@@ -1,4 +1,4 @@
-// What a kernel of kernels/conv_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+// Contract of the kernels of kernels/conv_u8.hpp, and the packing code that all instruction sets share.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -11,13 +11,12 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The largest absolute value of a weight. Two products of a weight and an unsigned byte then add up in 16 bits, which is what
-/// AVX2 multiplies bytes with.
-inline constexpr std::int32_t largest_conv_u8_weight = 63;
-/// Inputs of all stretches together: sums stay in 32 bits.
-inline constexpr std::size_t most_conv_u8_inputs = std::size_t{1} << 17;
+/// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
+inline constexpr std::int32_t max_conv_u8_weight = 63;
+/// Maximum number of inputs per output, over all pieces: sums fit 32 bits.
+inline constexpr std::size_t max_conv_u8_inputs = std::size_t{1} << 17;
 
-/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes sound ones.
+/// The weights of one layer in the order that conv_u8() reads them. Only pack_conv_u8() makes valid ones.
 struct conv_u8_weights {
     using value_type = std::uint8_t;  ///< of the inputs
 
@@ -26,14 +25,15 @@ struct conv_u8_weights {
     float negative_slope = 1.0F;
     std::uint8_t result_zero_point = 0;
     buffer<std::int8_t> values;
-    buffer<std::int32_t> offsets;  ///< take the inputs' zero points away; as the next two padded to whole panels
+    buffer<std::int32_t> offsets;  ///< subtract the inputs' zero points; these three are padded to whole panels
     buffer<float> scales, bias;
 };
 
 /// One instruction set's kernel: a row of `conv_u8_kernels`.
 struct conv_u8_kernel {
     isa set;
-    /// Fills `values`, `offsets`, `scales` and `bias`; all else is there. As pack_conv_u8() of kernels/conv_u8.hpp.
+    /// Fills `values`, `offsets`, `scales` and `bias`; the caller has set all other members. As pack_conv_u8() of
+    /// kernels/conv_u8.hpp.
     void (*pack)(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                  std::span<const float> scales, std::span<const float> bias);
     /// As conv_u8() of kernels/conv_u8.hpp, to bytes and to float32.
@@ -43,14 +43,14 @@ struct conv_u8_kernel {
                          std::size_t pixels, const float* ratios, float* result);
 };
 
-/// What a kernel does with the sums of one panel.
+/// Where and how a kernel stores the results of one panel.
 template <class Result>
 struct conv_u8_panel_output {
     const std::int32_t* offsets;
     const float *scales, *bias, *ratios;
     float negative_slope, zero_point;
     std::size_t stride;  ///< values from pixel to pixel
-    std::size_t count;   ///< outputs from here on, to the last of the layer
+    std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
     conv_u8_panel_output(const conv_u8_weights& weights, const float* of_pixels, Result* result)
@@ -64,7 +64,7 @@ struct conv_u8_panel_output {
           count(weights.outputs),
           values(result) {}
 
-    /// Goes on to the next panel.
+    /// Advances to the next panel.
     void skip(std::size_t lanes) {
         offsets += lanes, scales += lanes, bias += lanes, values += lanes;
         count -= lanes < count ? lanes : count;
@@ -73,14 +73,14 @@ struct conv_u8_panel_output {
 
 namespace detail {
 
-/// As append_conv_panels() does it.
+/// Packs weights as append_conv_panels() does.
 ///
-/// zero_points  of the inputs of a stretch
+/// zero_points  of the inputs of one piece
 template <std::size_t group>
 inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::int8_t> weights,
                                   std::span<const std::uint8_t> zero_points, std::span<const float> scales,
-                                  std::span<const float> bias, std::size_t lanes, std::size_t most_vectors) {
-    append_panels<group>(packed.values, packed, weights, lanes, most_vectors);
+                                  std::span<const float> bias, std::size_t lanes, std::size_t max_vectors) {
+    append_panels<group>(packed.values, packed, weights, lanes, max_vectors);
     const std::size_t padded = groups_of(packed.outputs, lanes) * lanes;
     packed.offsets.assign(padded, 0), packed.scales.assign(padded, 0.0F), packed.bias.assign(padded, 0.0F);
     for (std::size_t o = 0; o < packed.outputs; ++o) {

@@ -13,7 +13,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Outputs that lie side by side in memory. Compilers make vectors of them.
+/// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
@@ -25,7 +25,7 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 template <class Result>
 Result finish_conv_u8(std::int32_t sum, float scale, float bias, float negative_slope, float zero_point) {
     const float value = std::fma(detail::nearest_float(sum), scale, bias);
-    // Products and sums are never left for the compiler to fuse or not.
+    // std::fma, so that no compiler decides whether to fuse.
     const float activated = value > 0.0F ? value + zero_point : std::fma(value, negative_slope, zero_point);
     if constexpr (std::is_same_v<Result, float>)
         return activated;

@@ -1,10 +1,10 @@
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
 //
-// The bytes of three rows are interleaved, so that four bytes hold one channel of one column: rows 0, 1, 2 and row 1 once more. A
-// column of a window is then two multiplications and an addition for 8 channels. The weight of row 1 is split over its two places
-// so that vpmaddubsw can't saturate (detail/unsaturated_pairs.hpp); where not even that suffices, a unit has further terms.
+// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (rows 0, 1, 2 and row 1 again). A
+// column of a window then takes two multiplications and an addition for 8 channels. The weight of row 1 is split between its two
+// places so that vpmaddubsw cannot saturate (detail/unsaturated_pairs.hpp); where that does not suffice, a unit has more terms.
 //
-// A column is interleaved once, in registers, and at once added to every window that it belongs to.
+// Each column is interleaved once, in registers, and added at once to every window that contains it.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/avx2_packing.hpp>
@@ -72,7 +72,7 @@ struct depthwise_sums {
     const std::int32_t* bias;
     std::size_t terms;
 
-    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    /// sum plus the products of this column as the left, middle or right one of a window.
     [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return add<0>(sum, column);
     }
@@ -106,7 +106,7 @@ private:
     }
 };
 
-/// The rows of the result, and where the stretches begin in them.
+/// The row of the result, and the start of each stretch in it.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[32 / channels];

@@ -1,4 +1,4 @@
-// How weights lie for depthwise_u8/avx2.hpp: split so that no sum of 16 bits can saturate (detail/unsaturated_pairs.hpp).
+// Weight layout of depthwise_u8/avx2.hpp: split so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -14,7 +14,7 @@ namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
-/// The weights of one channel in one column, still to be multiplied.
+/// Weights of one channel in one column that no term holds yet.
 struct depthwise_rest {
     int rows[3];
 

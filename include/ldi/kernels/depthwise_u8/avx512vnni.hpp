@@ -1,12 +1,12 @@
 // kernels/depthwise_u8.hpp with vpdpbusd.
 //
-// The bytes of three rows are interleaved, so that four bytes hold one channel of one column (the fourth has weight 0); a column
-// of a window is then one vpdpbusd for 16 channels. A column is interleaved once, in registers, and at once added to every window
-// that it belongs to: the sums of the windows that are not complete yet (two at a time) stay in registers as well, and so do the
-// weights. For 64 channels of a pixel that makes 8 shuffles, 12 multiplications and 22 instructions that requantize.
+// The kernel interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). A column
+// of a window then takes one vpdpbusd for 16 channels. Each column is interleaved once, in registers, and added at once to every
+// window that contains it. Weights and the sums of incomplete windows (two at a time) stay in registers. 64 channels of a pixel
+// take 8 shuffles, 12 multiplications and 22 instructions of requantization.
 //
-// Rows are cut into units of 64, 32 or 16 channels. So that units of fewer than 64 fill their vectors too, they take two or four
-// stretches of the row at the same time.
+// Rows are cut into units of 64, 32 or 16 channels. A unit of fewer than 64 fills its vectors from two or four stretches of the
+// row.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/stretches.hpp>
@@ -97,7 +97,7 @@ struct depthwise_sums {
     [[gnu::always_inline]] depthwise_sums(const std::int8_t* values, const std::int32_t* biases)
         : depthwise_sums(values, biases, std::make_index_sequence<12>{}) {}
 
-    /// sum + what this column brings to a window in which it is the left one, the middle one or the right one.
+    /// sum plus the products of this column as the left, middle or right one of a window.
     [[gnu::always_inline]] depthwise_vectors left(const depthwise_vectors& sum, const depthwise_vectors& column) const {
         return add<0>(sum, column);
     }
@@ -126,7 +126,7 @@ private:
         : weights{_mm512_load_si512(values + i * 64)...}, bias(biases) {}
 };
 
-/// The rows of the result, and where the stretches begin in them.
+/// The row of the result, and the start of each stretch in it.
 template <std::size_t channels>
 struct depthwise_result {
     std::uint8_t* at[64 / channels];

@@ -1,9 +1,9 @@
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
 //
-// The bytes of three rows are first interleaved, so that four bytes hold one channel of one column (the fourth has weight 0);
-// then each of the three columns of a window is one sdot for 4 channels. For 16 channels of a pixel (144 products) that is 12
-// sdot and, for the column that the window before did not have, 11 instructions that interleave and make signed; with widening
-// multiplications (smlal) it would be 36 and 6. Requantization and stores make it about 90 in all.
+// The kernel first interleaves the bytes of three rows: four bytes hold one channel of one column (the fourth has weight 0). Each
+// of the three columns of a window then takes one sdot for 4 channels. 16 channels of a pixel (144 products) take 12 sdot, and 11
+// instructions to interleave the new column; widening multiplications (smlal) would take 36 and 6. Requantization and stores
+// bring the total to about 90.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/columns.hpp>
@@ -100,9 +100,9 @@ template <class Requantizer>
 inline void depthwise_u8(const depthwise_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const rows[3],
                          std::size_t width, std::size_t repeat, std::uint8_t* result) {
     const std::size_t channels = weights.channels, result_width = (width * repeat - 1) / weights.stride + 1;
-    const std::size_t most = detail::depthwise_columns::most_pixels(weights.stride, repeat);
+    const std::size_t most = detail::depthwise_columns::max_pixels(weights.stride, repeat);
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    alignas(64) std::int8_t slot_values[detail::depthwise_columns::most_slots * depthwise_slot];
+    alignas(64) std::int8_t slot_values[detail::depthwise_columns::max_slots * depthwise_slot];
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t rest = result_width - first;
         const detail::depthwise_columns columns(first, rest < most ? rest : most, weights.stride, repeat);

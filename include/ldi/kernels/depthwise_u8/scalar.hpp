@@ -9,7 +9,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Channels that are summed at a time. Compilers make vectors of a loop over so many 8-bit values, but not of shorter ones.
+/// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
 
 /// Tap by tap, the weights of all channels.
@@ -49,7 +49,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
         for (; first + block::value <= channels; first += block::value)
             depthwise_u8_channels(weights, taps, first, block{}, result);
         if (first == channels) continue;
-        if (channels > block::value)  // the last block overlaps the one before and gives the same values once more
+        if (channels > block::value)  // the last block overlaps the one before it
             depthwise_u8_channels(weights, taps, channels - block::value, block{}, result);
         else
             depthwise_u8_channels(weights, taps, 0, channels, result);

@@ -1,5 +1,5 @@
-// How kernels that keep a depthwise convolution's unfinished windows in registers walk along a row. A row's channels are cut into
-// units that fill some vectors; a unit with fewer channels than fit takes several stretches of the row at the same time.
+// Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
+// are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -10,12 +10,12 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Some channels of all pixels of a row: `most`, or a half or a quarter of that, at least 16. The last unit may begin within the
-/// one before it, and computes some values once more.
+/// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
+/// before it.
 struct depthwise_unit {
     std::size_t first, channels;
 
-    /// The unit that comes after the first `done` of `all` channels.
+    /// The unit after the first `done` of `all` channels.
     depthwise_unit(std::size_t all, std::size_t done, std::size_t most) {
         const std::size_t left = all - done;
         channels = left > 48 ? 64 : left > 16 ? 32 : 16;
@@ -25,7 +25,7 @@ struct depthwise_unit {
     std::size_t end() const { return first + channels; }
 };
 
-/// What depthwise_u8() was called with.
+/// The arguments of depthwise_u8().
 struct depthwise_call {
     const depthwise_u8_weights& weights;
     const std::uint8_t* const* rows;
@@ -45,7 +45,7 @@ struct depthwise_call {
 template <std::size_t stretches>
 struct depthwise_position {
     const std::uint8_t* at[3][stretches];
-    std::size_t moves[3];  ///< all bits for rows that offsets move along, none for padding
+    std::size_t moves[3];  ///< mask of an offset: all bits for rows, none for padding
 
     const std::uint8_t* find(std::size_t row, std::size_t stretch, std::size_t offset) const {
         return at[row][stretch] + (offset & moves[row]);
@@ -57,7 +57,7 @@ struct depthwise_stretches {
     const depthwise_call& call;
     std::size_t first_channel, length, starts[stretches];
 
-    /// `all` pixels, of the rows or of the result, are cut; the last stretch may begin within the one before it.
+    /// Cuts `all` pixels of the rows or of the result; the last stretch may overlap the one before it.
     depthwise_stretches(const depthwise_call& what, std::size_t channel, std::size_t all)
         : call(what), first_channel(channel), length((all + stretches - 1) / stretches) {
         for (std::size_t s = 0; s < stretches; ++s) starts[s] = s * length + length <= all ? s * length : all - length;
@@ -77,11 +77,11 @@ struct depthwise_stretches {
     }
     /// The columns that lie `column` (from -1 on) behind `scale` times the start of each stretch.
     depthwise_position<stretches> at(std::ptrdiff_t column, std::size_t scale) const {
-        std::size_t columns[stretches];  // -1 becomes more than any width
+        std::size_t columns[stretches];  // -1 wraps to more than any width
         for (std::size_t s = 0; s < stretches; ++s) columns[s] = starts[s] * scale + static_cast<std::size_t>(column);
         return at(columns);
     }
-    /// What the window around pixel x of each stretch of the result has in its column `tap`, 0 to 2, for any repetition.
+    /// Column `tap`, 0 to 2, of the window around pixel x of each stretch of the result, for any repetition.
     depthwise_position<stretches> at_tap(std::size_t x, std::size_t tap) const {
         std::size_t columns[stretches];
         for (std::size_t s = 0; s < stretches; ++s) {
@@ -90,7 +90,7 @@ struct depthwise_stretches {
         }
         return at(columns);
     }
-    /// Where the results of a stretch begin, `scale` for each of its pixels.
+    /// Start of a stretch's results, with `scale` results per pixel.
     std::uint8_t* result(std::size_t stretch, std::size_t scale) const {
         return call.result + starts[stretch] * scale * call.weights.channels + first_channel;
     }

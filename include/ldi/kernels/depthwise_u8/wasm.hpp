@@ -1,7 +1,7 @@
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
 //
-// Rows are first widened to 16 bits and laid out column by column, enlarged already: the first two rows interleaved, and of the
-// third row the column and the next one. So the 9 products of a window are 5 multiplications for 4 channels.
+// The kernel first widens rows to 16 bits and stores them column by column, already enlarged: the first two rows interleaved, and
+// the third row's column beside its next one. The 9 products of a window then take 5 multiplications for 4 channels.
 #pragma once
 
 #include <ldi/kernels/depthwise_u8/contract.hpp>
@@ -17,7 +17,7 @@ namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
-inline constexpr std::size_t depthwise_most_slots = 66;             // 8 KiB
+inline constexpr std::size_t depthwise_max_slots = 66;              // 8 KiB
 inline constexpr std::size_t depthwise_dots = 5;                    // for each vector of 4 channels
 
 inline std::size_t depthwise_blocks(const depthwise_u8_weights& weights) {
@@ -56,7 +56,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     wasm_v128_store(to + 24, wasm_u16x8_extend_high_u8x16(high));
 }
 
-/// Lays columns out one after the other. The slot before the first one is overwritten.
+/// Writes one column after another. Overwrites the slot before the first.
 struct slot_writer {
     std::int16_t* slot;
     v128_t third = wasm_i32x4_splat(0);  // row of the column before
@@ -170,8 +170,8 @@ inline void depthwise_u8_row(const depthwise_u8_weights& weights, const depthwis
     const auto fill = fill_functions[weights.channels >= depthwise_block];
     const std::size_t channels = weights.channels, stride = weights.stride;
     const std::size_t held = channels < depthwise_block ? channels : depthwise_block;
-    const std::size_t most = (depthwise_most_slots - 3) / stride + 1;
-    alignas(16) std::int16_t memory[(1 + depthwise_most_slots) * depthwise_slot];
+    const std::size_t most = (depthwise_max_slots - 3) / stride + 1;
+    alignas(16) std::int16_t memory[(1 + depthwise_max_slots) * depthwise_slot];
     std::int16_t* const slot_values = memory + depthwise_slot;
     for (std::size_t first = 0; first < result_width; first += most) {
         const std::size_t count = result_width - first < most ? result_width - first : most;

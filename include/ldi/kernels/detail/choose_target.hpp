@@ -1,4 +1,4 @@
-// For which instruction set 8-bit weights can be packed: not every kernel is exact for all of them.
+// Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
 #pragma once
 
 #include <ldi/base/numbers.hpp>
@@ -22,26 +22,26 @@ inline signed_range range_of(std::span<const std::uint8_t> weights, std::uint8_t
     return {*least - int{zero_point}, *most - int{zero_point}};
 }
 
-/// Kernels that multiply and add in two roundings take so many inputs at most, because they widen them first.
-inline constexpr std::size_t most_unfused_inputs = 4096;
+/// Maximum number of inputs of kernels that round products and sums separately: they widen inputs into a buffer first.
+inline constexpr std::size_t max_unfused_inputs = 4096;
 
-/// Whether kernels without a fused multiply-add are exact; they also round in a way that takes no sums below -2^23 / scale.
+/// Whether kernels without a fused multiply-add are exact. Their rounding needs sums of at least -2^23 / scale.
 inline bool fits_unfused(std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     const std::size_t inputs = weights.size() / bias.size();
     const signed_range range = range_of(weights, weight_zero_point);
     const double largest_weight = (std::max)(-range.least, range.most);
-    const auto [least_bias, most_bias] = std::minmax_element(bias.begin(), bias.end());
-    const double largest_bias = (std::max)(-nearest_double(*least_bias), nearest_double(*most_bias));
+    const auto [min_bias, max_bias] = std::minmax_element(bias.begin(), bias.end());
+    const double largest_bias = (std::max)(-nearest_double(*min_bias), nearest_double(*max_bias));
     const std::optional<unfused_requantization> found = find_unfused_requantization(output);
-    if (!found.has_value() || inputs > most_unfused_inputs) return false;
+    if (!found.has_value() || inputs > max_unfused_inputs) return false;
     fast = {found->scale, found->offset, found->zero_point};
     return (510 * largest_weight * nearest_double(inputs) + largest_bias) * double{found->scale} < 0x1p23;
 }
 
-/// The fastest set not beyond `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in
-/// -127..128 (a zero point of 127) fit once negated, and the requantization then takes the sums negated. AVX2 takes wider weights
-/// as well. NEON's requantization is the integer form.
+/// The fastest set up to `wanted` that is exact for these weights. x86 and NEON multiply by signed bytes; weights in -127..128 (a
+/// zero point of 127) fit after negation, and the requantization then reads negated sums. AVX2 accepts wider weights, too. NEON
+/// requantizes in integers.
 inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point,
                          std::span<const std::int32_t> bias, const requantization& output, float_requantization& fast) {
     if (wanted == isa::scalar) return isa::scalar;

@@ -1,9 +1,9 @@
-// What kernels/conv_f32.hpp and its like have in common with AVX-512.
+// The AVX-512 parts that conv_f32 and conv_u8 share.
 //
-// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input, or group of inputs that are
-// multiplied together, the panel's weights are loaded and each pixel's inputs are spread over a vector, by the multiplication
-// itself where there is one vector only. 24 sums are under way where 4 (Zen 4) or 8 (Intel) would hide the latency: large tiles
-// save loads, and weights that do not fit the first-level cache.
+// A tile is some pixels and one panel of outputs; its sums stay in registers. For each input (or group of inputs that one
+// instruction multiplies), the kernel loads the panel's weights and broadcasts each pixel's inputs; with a single vector, the
+// multiplication itself broadcasts. A tile has 24 independent sums, where 4 (Zen 4) or 8 (Intel) would hide the latency: large
+// tiles save loads of weights that do not fit the first-level cache.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -16,20 +16,20 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-/// Panels have up to 5 half vectors: where their number is odd the last one is 256 bits wide, which takes half the time on
-/// processors that make two of each 512-bit instruction (Zen 4).
-inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_most_halves = 5;
+/// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
+/// processors that split 512-bit instructions in two (Zen 4).
+inline constexpr std::size_t conv_half = 8, conv_whole = 16, conv_max_halves = 5;
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// The outputs of a panel for one pixel: whole vectors, and behind them half a vector where `half` is 1.
+/// The outputs of a panel for one pixel: whole vectors, then half a vector if `half` is 1.
 template <std::size_t vectors, std::size_t half>
 struct conv_lanes {
     __m512 whole[vectors == 0 ? 1 : vectors];
     __m256 rest;
 };
 
-/// values  32 bits a lane
+/// values  32 bits per lane
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline conv_lanes<sizeof...(v), half> load_conv_lanes(std::index_sequence<v...>, const void* values) {
     const float* const from = static_cast<const float*>(values);
@@ -39,13 +39,13 @@ template <std::size_t half, std::size_t... v>
     return lanes;
 }
 
-/// The sums of a tile on their way to what finishes them, whole vectors for each pixel. They stay in the first-level cache; and a
-/// tile is compiled once, not for each type of results.
+/// The sums of a tile, whole vectors for each pixel. Storing them (in the first-level cache) lets one compiled tile serve all
+/// types of results.
 struct conv_tile_sums {
     alignas(64) float lanes[24 * conv_whole];
 };
 
-/// The lanes of one pixel to `to`; zeros behind the half vector.
+/// Stores the lanes of one pixel; zeros follow the half vector.
 template <std::size_t half, std::size_t... v>
 [[gnu::always_inline]] inline void store_conv_lanes(std::index_sequence<v...>, const conv_lanes<sizeof...(v), half>& sums,
                                                     float* to) {
@@ -53,25 +53,25 @@ template <std::size_t half, std::size_t... v>
     if constexpr (half == 1) _mm512_store_ps(to + sizeof...(v) * conv_whole, _mm512_zextps256_ps512(sums.rest));
 }
 
-/// Where there are no ratios.
+/// Stands in for missing ratios.
 inline constexpr float conv_ratio_of_one = 1.0F;
 
-/// The outputs among 16 lanes of the panel from `from` on.
+/// Mask of the existing outputs among the 16 lanes of the panel from `from` on.
 template <class Output>
 [[gnu::always_inline]] inline __mmask16 existing_outputs(const Output& out, std::size_t from) {
     const std::size_t count = out.count > from ? out.count - from : 0;
     return static_cast<__mmask16>(count >= conv_whole ? 0xFFFFU : (1U << count) - 1U);
 }
 
-/// The value itself, of which the compiler no longer knows where it comes from.
+/// Returns the value and hides its origin from the compiler.
 template <class T>
 [[gnu::always_inline]] inline T opaque(T value) {
     asm("" : "+r"(value));
     return value;
 }
 
-/// Every fourth pixel of a tile has a pointer, and those between are 1, 2 or 3 strides away: few enough for the general
-/// registers. Left to itself, the compiler keeps an offset for each pixel, most of them in memory.
+/// Every fourth pixel of a tile has a pointer; those between are 1, 2 or 3 strides away. So the pointers fit the general
+/// registers. Otherwise the compiler keeps an offset for each pixel, most of them in memory.
 template <class Value, std::size_t pixels>
 struct conv_tile_pointers {
     const Value* every_fourth[(pixels + 3) / 4];
@@ -113,7 +113,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     conv_lanes<sizeof...(v), half> sums[sizeof...(p)] = {};
     const std::size_t stride = input.pixel_stride, groups = input.inputs / group;
     const auto* weights = input.weights;
-    // What the next tile reads is fetched meanwhile, evenly spread: the processor's own prefetching comes late.
+    // Prefetches the next tile's inputs at an even pace: the hardware prefetcher is late.
     const std::size_t fetch = sizeof...(p) * stride / detail::groups_of(input.inputs, group);
     for (std::size_t r = 0; r < input.row_count; ++r) {
         const Value* const x = input.rows[r] + first_pixel * stride;
@@ -139,7 +139,7 @@ template <class Kernel, std::size_t half, class Value, std::size_t... p, std::si
     (store_conv_lanes<half>(vectors, sums[p], tile_sums.lanes + p * (sizeof...(v) + half) * conv_whole), ...);
 }
 
-/// Kernel::tile() and finish() for pixels first to last - 1, in as large tiles as can be.
+/// Kernel::tile() and finish() for pixels first to last - 1, in tiles as large as fit.
 template <class Kernel, std::size_t pixels, std::size_t vectors, std::size_t half, class Input, class Output>
 inline void conv_panel(const Input& input, std::size_t first, std::size_t last, const Output& out) {
     static_assert(pixels * (vectors + half) <= 24);
@@ -155,7 +155,7 @@ inline void conv_panel(const Input& input, std::size_t first, std::size_t last, 
 /// Panel by panel.
 template <class Kernel, class Weights, class Input, class Output>
 inline void conv_panels(const Weights& weights, Input input, std::size_t pixels, Output out) {
-    const detail::panel_cut cut(weights.outputs, conv_half, conv_most_halves);
+    const detail::panel_cut cut(weights.outputs, conv_half, conv_max_halves);
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t halves = cut.vectors_in(panel), lanes = halves * conv_half;
         switch (halves) {

@@ -11,7 +11,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What happens to a value after the bias: x stays where it is positive, and becomes negative_slope * x elsewhere.
+/// Activation after the bias: x if x is positive, else negative_slope * x.
 struct activation {
     float negative_slope;  ///< 0 to 1
 };
@@ -30,7 +30,7 @@ struct conv_f32_weights {
     buffer<float> bias;  ///< padded with zeros to whole panels
 };
 
-/// What a kernel reads for one panel of outputs.
+/// The inputs of one panel of outputs.
 template <class Value>
 struct conv_panel_input {
     const Value* const* rows;
@@ -38,16 +38,16 @@ struct conv_panel_input {
     const Value* weights;
 };
 
-/// What a kernel does with the sums of one panel.
+/// Where and how a kernel stores the results of one panel.
 template <class Result>
 struct conv_panel_output {
     const float *bias, *ratios;
     float negative_slope;
     std::size_t stride;  ///< values from pixel to pixel
-    std::size_t count;   ///< outputs from here on, to the last of the layer
+    std::size_t count;   ///< remaining outputs of the layer
     Result* values;
 
-    /// Goes on to the next panel.
+    /// Advances to the next panel.
     void skip(std::size_t lanes) { bias += lanes, values += lanes, count -= lanes < count ? lanes : count; }
 };
 
@@ -56,15 +56,15 @@ namespace detail {
 /// Number of groups, rounded up.
 constexpr std::size_t groups_of(std::size_t count, std::size_t group) { return (count + group - 1) / group; }
 
-/// Panel by panel, row by row, group by group: the weights of a panel's outputs side by side, and of each output those of as many
-/// inputs as a kernel multiplies together. Zeros behind the last input and the last output.
+/// Appends weights by panel, row and group: the outputs of a panel side by side, each with the weights of one group of inputs.
+/// Pads the last group and the last panel with zeros.
 ///
-/// layer    says how many outputs, rows and inputs there are
+/// layer    its numbers of outputs, rows and inputs
 /// weights  outputs x rows x inputs, row-major
 template <std::size_t group, class Layer, class Value>
 void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Value> weights, std::size_t lanes,
-                   std::size_t most_vectors) {
-    const panel_cut cut(layer.outputs, lanes, most_vectors);
+                   std::size_t max_vectors) {
+    const panel_cut cut(layer.outputs, lanes, max_vectors);
     const std::size_t inputs = layer.inputs;
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
@@ -79,8 +79,8 @@ void append_panels(buffer<Value>& values, const Layer& layer, std::span<const Va
 }
 
 inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias,
-                               std::size_t lanes, std::size_t most_vectors) {
-    append_panels<1>(packed.values, packed, weights, lanes, most_vectors);
+                               std::size_t lanes, std::size_t max_vectors) {
+    append_panels<1>(packed.values, packed, weights, lanes, max_vectors);
     packed.bias.assign(bias.begin(), bias.end());
     packed.bias.resize(groups_of(packed.outputs, lanes) * lanes, 0.0F);
 }

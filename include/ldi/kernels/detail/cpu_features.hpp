@@ -1,4 +1,4 @@
-// Features of a processor that kernels need, and whether it and its operating system have them.
+// Processor features that kernels need, and their detection.
 #pragma once
 
 #include <ldi/base/config.hpp>

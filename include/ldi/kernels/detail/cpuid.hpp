@@ -1,4 +1,4 @@
-// x86's CPUID instruction: what the processor says of itself.
+// x86's CPUID instruction.
 #pragma once
 
 #include <ldi/base/config.hpp>

@@ -19,7 +19,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// Where there is no way of asking, whether the compiler's flags promise it.
+/// On systems without a query, whether the compiler's flags promise the extension.
 inline bool has_dot_product_extension() {
 #if defined(__linux__)
     return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;

@@ -23,7 +23,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm256_set1_ps(r.scale)),
-          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          // With a zero point of 0, negative values become 0 with either sign of the offset.
           offset(_mm256_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset)),
           sign(_mm256_castsi256_ps(_mm256_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1))),
           zero_point(_mm256_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -34,7 +34,7 @@ struct requantizer {
         return _mm256_cvttps_epi32(_mm256_fmadd_ps(value, scale, signed_offset));
     }
 
-    /// 32 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    /// 32 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m256i pack_lanes(__m256i a, __m256i b, __m256i c, __m256i d) const {
         const __m256i low = _mm256_adds_epi16(_mm256_packs_epi32(a, b), zero_point);
         const __m256i high = _mm256_adds_epi16(_mm256_packs_epi32(c, d), zero_point);
@@ -42,7 +42,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
     __m256 scale, offset;
 
@@ -57,7 +57,7 @@ struct rectifier {
     }
 };
 
-/// From the order of pack_lanes() to all of a, b, c and d one after the other.
+/// Reorders the result of pack_lanes() to all of a, then b, c and d.
 [[gnu::always_inline]] inline __m256i gather_lanes(__m256i values) {
     return _mm256_permutevar8x32_epi32(values, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
 }

@@ -1,4 +1,4 @@
-// What the AVX-512 VNNI kernels share: from sums of 32 bits to 8-bit values.
+// Shared parts of the AVX-512 VNNI kernels: requantization of 32-bit sums.
 #pragma once
 
 #include <ldi/kernels/detail/target.hpp>
@@ -23,7 +23,7 @@ struct requantizer {
 
     explicit requantizer(const float_requantization& r)
         : scale(_mm512_set1_ps(r.scale)),
-          // With a zero point of 0 negative values become 0 whatever the offset's sign.
+          // With a zero point of 0, negative values become 0 with either sign of the offset.
           offset(_mm512_castps_si512(_mm512_set1_ps(r.zero_point == 0 && r.offset < 0 ? -r.offset : r.offset))),
           sign(_mm512_set1_epi32(r.zero_point == 0 ? 0 : -0x7FFFFFFF - 1)),
           zero_point(_mm512_set1_epi16(static_cast<short>(r.zero_point))) {}
@@ -35,7 +35,7 @@ struct requantizer {
         return _mm512_cvttps_epi32(_mm512_fmadd_ps(value, scale, _mm512_castsi512_ps(signed_offset)));
     }
 
-    /// 64 bytes, zero point added: of each 128-bit lane the 4 values of a, then those of b, c and d.
+    /// 64 bytes with the zero point added: in each 128-bit lane 4 values of a, then those of b, c and d.
     [[gnu::always_inline]] __m512i pack_lanes(__m512i a, __m512i b, __m512i c, __m512i d) const {
         const __m512i low = _mm512_adds_epi16(_mm512_packs_epi32(a, b), zero_point);
         const __m512i high = _mm512_adds_epi16(_mm512_packs_epi32(c, d), zero_point);
@@ -43,7 +43,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0: what is negative becomes 0 whatever its offset, so the offset needs no sign.
+/// The same for a zero point of 0: negative values become 0 with any offset, so the offset needs no sign.
 struct rectifier {
     __m512 scale, offset;
 
@@ -58,7 +58,7 @@ struct rectifier {
     }
 };
 
-/// From the order of pack_lanes() to all of a, b, c and d one after the other, and back: it is its own inverse.
+/// Reorders the result of pack_lanes() to all of a, then b, c and d. It is its own inverse.
 [[gnu::always_inline]] inline __m512i swap_lanes(__m512i values) {
     return _mm512_permutexvar_epi32(_mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15), values);
 }

@@ -18,7 +18,7 @@ namespace ldi::inline LDI_CONFIGURATION::neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
-// In assembly, because clang before 16 has the intrinsics only where the whole translation unit is compiled for them.
+// In assembly, because clang before 16 offers the intrinsics only to translation units compiled for them.
 
 /// Adds to each of 4 sums its four products of signed bytes.
 [[gnu::always_inline]] inline int32x4_t add_products(int32x4_t sums, int8x16_t a, int8x16_t b) {
@@ -26,19 +26,19 @@ LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
     return sums;
 }
 
-/// The same, every sum with the same four bytes of b: `4 * lane` and up.
+/// The same, every sum with the same four bytes of b, from `4 * lane` on.
 template <int lane>
 [[gnu::always_inline]] inline int32x4_t add_products_with(int32x4_t sums, int8x16_t a, int8x16_t b) {
     asm("sdot %0.4s, %1.16b, %2.4b[%3]" : "+w"(sums) : "w"(a), "w"(b), "i"(lane));
     return sums;
 }
 
-// Functions, because clang's vld1q are macros that no parameter pack can stand in.
+// Functions, because clang's vld1q are macros, which accept no parameter pack.
 [[gnu::always_inline]] inline int8x16_t load(const std::int8_t* from) { return vld1q_s8(from); }
 [[gnu::always_inline]] inline int32x4_t load(const std::int32_t* from) { return vld1q_s32(from); }
 [[gnu::always_inline]] inline float32x4_t load(const float* from) { return vld1q_f32(from); }
 
-/// Activations less 128: what sdot multiplies is signed. Biases make up for it.
+/// Activations less 128, because sdot multiplies signed bytes. Biases compensate.
 [[gnu::always_inline]] inline int8x16_t to_signed(uint8x16_t values) {
     return vreinterpretq_s8_u8(veorq_u8(values, vdupq_n_u8(0x80)));
 }
@@ -53,7 +53,7 @@ struct rounding_shifter {
           away_from_zero(vdupq_n_s32(right == 0 ? 0 : -1)),
           zero_point(vdupq_n_s16(static_cast<std::int16_t>(zero))) {}
 
-    /// srshl rounds halves up; those below zero go down if 1 is taken away from negative values before.
+    /// srshl rounds halves up. Subtracting 1 from negative values first rounds their halves down.
     [[gnu::always_inline]] int32x4_t operator()(int32x4_t values) const {
         return vrshlq_s32(vsraq_n_s32(values, vandq_s32(values, away_from_zero), 31), shift);
     }
@@ -78,7 +78,7 @@ struct requantizer {
     }
 };
 
-/// The same for a zero point of 0, where all negative values become 0 however they are rounded.
+/// The same for a zero point of 0, where all negative values become 0 with any rounding.
 struct relu_requantizer {
     int32x4_t multiplier, shift;
 

@@ -1,8 +1,7 @@
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
 //
-// Engines first compile every function quickly and badly, and give a hot one its good code when it is next called. So the loops
-// that take the time are functions of their own, which are called often: through tables, because Binaryen puts a function with
-// one caller into that, whatever its attributes.
+// Engines first compile every function to slow code, and switch a hot one to fast code at its next call. So the hot loops are
+// functions of their own, called often. The calls go through tables, because Binaryen inlines any function with a single caller.
 #pragma once
 
 #include <ldi/kernels/detail/conv_weights.hpp>
@@ -18,8 +17,8 @@
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-/// Added to a float between -2^22 and 2^22 it rounds that to the nearest integer, halves to even, and its bits then count up with
-/// it; beyond, down to -2^23, they still never fall as the float grows. Converting would take six instructions of x86.
+/// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
+/// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
 inline constexpr float rounding_magic = 0x1.8p23F;
 inline constexpr std::int32_t rounding_magic_bits = 0x4B400000;
 

@@ -1,4 +1,4 @@
-// How the outputs of a matrix product or a convolution are shared out among tiles.
+// Splits the outputs of a matrix product or a convolution into panels.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -7,7 +7,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// How the outputs are cut into panels of up to `most` vectors that are summed together: as even as can be.
+/// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
     std::size_t panels, larger, vectors;  ///< the first `larger` panels have `vectors` vectors, the others one less
 

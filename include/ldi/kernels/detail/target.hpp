@@ -1,7 +1,7 @@
-// How one header holds code for several instruction sets, whatever flags the user compiles with. Functions between
-// LDI_BEGIN_TARGET("...") and LDI_END_TARGET are compiled for those features, so every translation unit has the same code for
-// them. Inside: no lambdas, no standard templates over vector types, and nothing from outside that uses intrinsics. Loops over
-// registers are fold expressions: g++ 12 keeps an array in registers only where every index is a constant from the start.
+// Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
+// LDI_BEGIN_TARGET("...") and LDI_END_TARGET for those features, so every translation unit has the same code for them. Inside,
+// use no lambdas, no standard templates over vector types, and no function from outside that uses intrinsics. Write loops over
+// registers as fold expressions: g++ 12 keeps an array in registers only if every index is a constant.
 #pragma once
 
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
@@ -31,9 +31,9 @@
 #define LDI_BEGIN_TARGET(features) LDI_PRAGMA(clang attribute push(__attribute__((target(features))), apply_to = function))
 #define LDI_END_TARGET LDI_PRAGMA(clang attribute pop)
 #else
-// g++ 12 warns of values that its own intrinsics leave undefined on purpose. Its elimination of partial redundancies copies every
-// sum of a matrix product to the stack and halves its speed; its scheduling before registers are given out, on by default for
-// Arm, loads all weights of a tile ahead and has to store them again.
+// g++ 12 warns about values that its own intrinsics leave undefined on purpose. Its partial redundancy elimination copies every
+// sum of a matrix product to the stack and halves its speed. Its scheduling before register allocation, on by default for Arm,
+// loads all weights of a tile early and spills them.
 #define LDI_BEGIN_TARGET(features)                            \
     LDI_PRAGMA(GCC push_options)                              \
     LDI_PRAGMA(GCC target(features))                          \
@@ -51,7 +51,7 @@
 #if LDI_HAS_ARM_KERNELS
 #if defined(__clang__)
 #define LDI_NEON_FEATURES "dotprod"
-#elif __ARM_ARCH >= 9  // g++ warns of its own macro where the architecture goes down
+#elif __ARM_ARCH >= 9  // g++ warns about its own macro if the architecture is lowered
 #define LDI_NEON_FEATURES "+dotprod"
 #else
 #define LDI_NEON_FEATURES "arch=armv8.2-a+dotprod"

@@ -18,7 +18,7 @@ namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, pixel_stride, pixels;
@@ -26,7 +26,7 @@ struct gemm_panel {
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+    std::size_t outputs, held;  ///< of the layer; of the panel
 };
 
 [[gnu::always_inline]] inline __m256i spread_four(const std::uint8_t* inputs) {
@@ -130,14 +130,14 @@ template <class Requantizer, std::size_t... p, std::size_t... v>
 
 template <std::size_t pixels, std::size_t vectors, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -189,7 +189,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     gemm_panel panel{segments,
                      weights.segments,
                      pixel_stride,

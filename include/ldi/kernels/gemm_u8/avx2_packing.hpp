@@ -18,7 +18,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx2 {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
 
 /// A single output would use one lane of 8: its weights lie as the inputs do, segment by segment in whole vectors.
@@ -33,17 +33,17 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 
 /// Weights of four inputs for the outputs of a panel, none of which can saturate a sum; several make up one group's.
 struct gemm_term {
-    static constexpr std::size_t most_weights = gemm_most_vectors * gemm_lanes * gemm_group;
+    static constexpr std::size_t max_weights = gemm_max_vectors * gemm_lanes * gemm_group;
 
     std::uint32_t first_input = 0;
-    int heaviest = 0;                        ///< of `load`
-    std::int8_t weights[most_weights] = {};  ///< outputs x 4
-    std::uint8_t load[most_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
+    int heaviest = 0;                       ///< of `load`
+    std::int8_t weights[max_weights] = {};  ///< outputs x 4
+    std::uint8_t load[max_weights] = {};    ///< half of what meets in each 16-bit sum: outputs x 2 x (positive, negative)
 
     /// Whether no sum could saturate if the products of both met in it, eight of them at a time.
     bool fits(const gemm_term& other) const {
         constexpr std::uint64_t most = 64, each = 0x0101010101010101;
-        for (std::size_t i = 0; i < most_weights; i += 8) {
+        for (std::size_t i = 0; i < max_weights; i += 8) {
             std::uint64_t a = 0, b = 0;
             std::memcpy(&a, load + i, 8), std::memcpy(&b, other.load + i, 8);
             if (((a + b + (127 - most) * each) & (128 * each)) != 0) return false;
@@ -77,7 +77,7 @@ inline void split_group(std::span<int> rest, std::size_t first_input, buffer<gem
     }
 }
 
-/// The terms in an order in which those that may share their sums are side by side, and how many such pairs it begins with.
+/// An order of the terms that begins with pairs that may share their sums, and the number of these pairs.
 struct paired_terms {
     buffer<const gemm_term*> order;
     std::size_t pairs = 0;
@@ -114,7 +114,7 @@ private:
 /// in `narrow` vectors of 8 outputs x 4 inputs, all of one term, then all of the next.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     buffer<gemm_term> terms;
     std::size_t first = 0;
@@ -123,7 +123,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t s = 0; s < packed.segments; ++s) {
             terms.clear();
             for (std::size_t g = 0; g < packed.inputs; g += gemm_group) {
-                int group[gemm_term::most_weights] = {};
+                int group[gemm_term::max_weights] = {};
                 for (std::size_t o = first; o < first + outputs && o < packed.outputs; ++o)
                     for (std::size_t i = g; i < g + gemm_group && i < packed.inputs; ++i)
                         group[(o - first) * gemm_group + i - g] =

@@ -1,8 +1,7 @@
 // kernels/gemm_u8.hpp with vpdpbusd, which adds four products of a byte and a signed byte to each of 16 sums, exactly.
 //
-// Each sum waits 5 cycles (Intel) or 4 (Zen 4) for the one before it, and two instructions can start a cycle, so at least 10 sums
-// have to be under way: tiles have 12 to 16. A tile of 4 pixels and 4 vectors loads 8 times for 16 multiplications; larger tiles
-// are no faster.
+// An instruction takes 5 cycles (Intel) or 4 (Zen 4), and two can start per cycle: at least 10 independent sums hide the latency.
+// Tiles have 12 to 16. A tile of 4 pixels and 4 vectors makes 8 loads for 16 multiplications; larger tiles are no faster.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_avx512vnni.hpp>
@@ -18,10 +17,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
 
-inline constexpr std::size_t gemm_lanes = 16, gemm_most_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
 using detail::gemm_group;
 
-/// A single output would use one lane of 16: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Weights of a single output, which would fill one lane of 16: in the inputs' order, each segment padded to whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
     const std::size_t padded = (packed.inputs + 63) / 64 * 64;
@@ -34,20 +33,20 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs;  ///< from one pixel's results to the next
-    __mmask64 mask;       ///< of the panel's outputs that exist
+    std::size_t outputs;  ///< distance between adjacent pixels' results
+    __mmask64 mask;       ///< the panel's existing outputs
 };
 
 [[gnu::always_inline]] inline __m512i spread_four(const std::uint8_t* inputs) {
@@ -56,7 +55,7 @@ struct gemm_panel {
     return _mm512_set1_epi32(four);
 }
 
-/// With `half`, only the first 8 sums: of Zen 4's vectors of 512 bits each takes its units for two cycles.
+/// With `half`, only the first 8 sums: a 512-bit vector occupies Zen 4's units for two cycles.
 template <bool half>
 [[gnu::always_inline]] inline __m512i multiply_add(__m512i sums, __m512i inputs, __m512i weights) {
     if constexpr (half)
@@ -72,7 +71,7 @@ template <bool last_is_half, std::size_t... v>
     ((sums[v] = multiply_add < last_is_half && v + 1 == sizeof...(v) > (sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel, with all vectors of weights.
+/// Four inputs of every pixel times all vectors of weights.
 template <bool last_is_half, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m512i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const std::int8_t* weights) {
@@ -124,7 +123,7 @@ template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t...
             weights += sizeof...(v) * gemm_lanes * gemm_group;
         }
     }
-    // Where the outputs fill the panel, the pixels' results lie side by side, and four vectors at a time fill a store.
+    // If the outputs fill the panel, the results of adjacent pixels are contiguous, and four vectors fill one store.
     constexpr bool can_fill = sizeof...(p) * sizeof...(v) % 4 == 0 && sizeof...(v) < 4 && !last_is_half;
     std::uint8_t* const result = panel.result + first * panel.outputs;
     if constexpr (can_fill)
@@ -135,7 +134,7 @@ template <bool last_is_half, class Requantizer, std::size_t... p, std::size_t...
 
 template <std::size_t pixels, std::size_t vectors, bool last_is_half, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
@@ -143,7 +142,7 @@ inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& o
             gemm_u8_tile<last_is_half>(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile<last_is_half>(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -160,7 +159,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t outputs, const fl
                      : gemm_u8_panel<pixels, vectors, false, requantizer>(panel, output);
 }
 
-/// The 16 sums of one pixel and one output, still to be added up.
+/// 16 partial sums of one pixel and one output.
 [[gnu::always_inline]] inline __m512i single_output_sums(const gemm_u8_weights& weights, const std::uint8_t* const* segments,
                                                          std::size_t offset) {
     __m512i sums = _mm512_setzero_si512();
@@ -186,7 +185,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
         alignas(64) std::int32_t sums[16] = {};
         for (std::size_t i = 0; i < 16 && first + i < pixels; i += 4) {
             __m128i four[4];
-            for (std::size_t p = 0; p < 4; ++p) {  // behind the last pixel, the last once more
+            for (std::size_t p = 0; p < 4; ++p) {  // repeats the last pixel
                 const std::size_t pixel = first + i + p < pixels ? first + i + p : pixels - 1;
                 four[p] = add_quarters(single_output_sums(weights, segments, pixel * pixel_stride));
             }
@@ -203,7 +202,7 @@ inline void gemm_u8_single_output(const gemm_u8_weights& weights, const std::uin
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
     if (weights.is_single_output()) return gemm_u8_single_output(weights, segments, pixel_stride, pixels, result);
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const std::size_t groups = detail::groups_of_four(weights.inputs);
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
                      result,   weights.outputs,  0};

@@ -1,11 +1,8 @@
 // kernels/gemm_u8.hpp with AVX-VNNI's vpdpbusd, which adds four products of a byte and a signed byte to each of 8 sums, exactly:
 // 32 products an instruction, where AVX2 makes 64 with five.
 //
-// A sum waits 5 cycles for the one before it and two instructions can start a cycle (Alder Lake), so at least 10 have to be under
-// way: tiles have 12, which with two vectors of weights and one of inputs leaves one register of the 16.
-//
-// Panels and tiles are walked as in avx2.hpp, and written again: a function has one target, and is inlined into none that lacks
-// it.
+// An instruction takes 5 cycles, and two can start per cycle (Alder Lake): at least 10 independent sums hide the latency. Tiles
+// have 12, which with two vectors of weights and one of inputs leaves one of the 16 registers.
 #pragma once
 
 #include <ldi/kernels/gemm_u8/avx2.hpp>
@@ -20,24 +17,24 @@
 
 namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
 
-inline constexpr std::size_t gemm_lanes = 8, gemm_most_vectors = 2;
+inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const int sign = detail::is_negated(packed.fast) ? -1 : 1;
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_AVX_VNNI_FEATURES)
 
-/// What one call of gemm_u8() does for one panel.
+/// The arguments of gemm_u8() for one panel.
 struct gemm_panel {
     const std::uint8_t* const* segments;
     std::size_t segment_count, groups, pixel_stride, pixels;
     const std::int8_t* weights;
     const std::int32_t* bias;
     std::uint8_t* result;
-    std::size_t outputs, held;  ///< from one pixel's results to the next; of the panel
+    std::size_t outputs, held;  ///< of the layer; of the panel
 };
 
 template <std::size_t... v>
@@ -46,7 +43,7 @@ template <std::size_t... v>
     ((sums[v] = _mm256_dpbusd_avx_epi32(sums[v], inputs, weights[v])), ...);
 }
 
-/// Four inputs of every pixel, with all vectors of weights.
+/// Four inputs of every pixel times all vectors of weights.
 template <std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...>, std::index_sequence<v...> vectors, __m256i* sums,
                                                 const std::uint8_t* inputs, std::size_t stride, const __m256i* weights) {
@@ -78,14 +75,14 @@ template <class Requantizer, std::size_t... p, std::size_t... v>
 
 template <std::size_t pixels, std::size_t vectors, class Requantizer>
 inline void gemm_u8_panel(const gemm_panel& given, const float_requantization& output) {
-    const gemm_panel panel = given;  // no other memory can be what the results are written to
+    const gemm_panel panel = given;  // a local copy: results cannot alias it
     const Requantizer requantize(output);
     constexpr std::make_index_sequence<vectors> wide{};
     if (panel.pixels < pixels) {
         for (std::size_t p = 0; p < panel.pixels; ++p) gemm_u8_tile(std::index_sequence<0>{}, wide, panel, requantize, p);
         return;
     }
-    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before
+    for (std::size_t p = 0; p < panel.pixels; p += pixels) {  // the last tile may overlap the one before it
         const std::size_t first = p + pixels <= panel.pixels ? p : panel.pixels - pixels;
         gemm_u8_tile(std::make_index_sequence<pixels>{}, wide, panel, requantize, first);
     }
@@ -99,7 +96,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, const float_requantization& o
 
 inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                     std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const std::size_t groups = detail::groups_of_four(weights.inputs);
     gemm_panel panel{segments, weights.segments, groups, pixel_stride, pixels, weights.narrow.data(), weights.bias.data(),
                      result,   weights.outputs,  0};

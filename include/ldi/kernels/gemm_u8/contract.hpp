@@ -1,4 +1,4 @@
-// What a kernel of kernels/gemm_u8.hpp is given and has to do, and what packing has in common on all instruction sets.
+// Contract of the kernels of kernels/gemm_u8.hpp, and the packing code that all instruction sets share.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -13,31 +13,31 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes sound ones.
+/// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
 struct gemm_u8_weights {
-    static constexpr std::size_t most_segments = 7;
+    static constexpr std::size_t max_segments = 7;
 
     isa target = isa::scalar;
     std::size_t segments = 1, inputs = 0, outputs = 0;
     buffer<std::int16_t> wide;    ///< scalar, WebAssembly, a single output with AVX2: weight minus its zero point
     buffer<std::int8_t> narrow;   ///< AVX2, VNNI: the same, or its negative, see `fast`; NEON: see `output`
-    buffer<std::uint32_t> order;  ///< AVX2: in which the inputs are multiplied
+    buffer<std::uint32_t> order;  ///< AVX2: the order of the inputs
     buffer<std::int32_t> bias;    ///< zero points folded in; padded with zeros to whole vectors
     requantization output;        ///< NEON: its multiplier is negated where `narrow` and `bias` are
     /// Not used by scalar and NEON; negated where `narrow` and `bias` are. On WebAssembly the constants of an
     /// unfused_requantization.
     float_requantization fast;
 
-    /// Whether the inputs lie across the lanes and not the outputs, of which there is one: with few inputs, most of a vector of
-    /// them would be empty too.
+    /// Whether the lanes hold inputs instead of outputs: for one output and enough inputs to fill a vector.
     bool is_single_output() const { return outputs == 1 && inputs >= 64; }
 };
 
 /// One instruction set's kernel: a row of `gemm_u8_kernels`.
 struct gemm_u8_kernel {
     isa set;
-    std::size_t least_outputs;  ///< with fewer, lanes would be empty: the set that stands in for this one is faster
-    /// Appends to `wide`, `narrow` and `order` whatever run() reads; all else is there. As pack_gemm_u8() of kernels/gemm_u8.hpp.
+    std::size_t min_outputs;  ///< with fewer, lanes are empty, and the set that stands in for this one is faster
+    /// Appends to `wide`, `narrow` and `order` whatever run() reads; the caller has set all other members. As pack_gemm_u8() of
+    /// kernels/gemm_u8.hpp.
     void (*pack)(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point);
     /// As gemm_u8() of kernels/gemm_u8.hpp.
     void (*run)(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride, std::size_t pixels,
@@ -46,7 +46,7 @@ struct gemm_u8_kernel {
 
 namespace detail {
 
-/// Inputs that the instructions at the heart of VNNI and NEON multiply together.
+/// Inputs per instruction of VNNI and NEON.
 inline constexpr std::size_t gemm_group = 4;
 
 /// Number of groups of four inputs, rounded up.
@@ -57,8 +57,8 @@ constexpr std::size_t groups_of_four(std::size_t inputs) { return (inputs + gemm
 ///
 /// sign  -1 for negated weights
 inline void append_groups_of_four(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, int weight_zero_point, int sign,
-                                  std::size_t lanes, std::size_t most_vectors) {
-    const panel_cut cut(packed.outputs, lanes, most_vectors);
+                                  std::size_t lanes, std::size_t max_vectors) {
+    const panel_cut cut(packed.outputs, lanes, max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t last = first + cut.vectors_in(panel) * lanes;

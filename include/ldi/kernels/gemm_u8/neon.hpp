@@ -1,8 +1,8 @@
 // kernels/gemm_u8.hpp with sdot, which adds four products of signed bytes to each of 4 sums, exactly.
 //
-// Sixteen inputs of a pixel are one load; sdot by lane multiplies four of them at a time by the weights of 4 outputs, so that
-// nothing has to be spread over lanes. The largest tile, 6 pixels and 4 vectors, holds its sums in 24 of the 32 registers; for
-// each 96 sdot (1536 products) it loads 22 times and makes 6 vectors signed. In all, 12 products an instruction; sdot has 16.
+// One load fetches sixteen inputs of a pixel; sdot by lane multiplies four of them by the weights of 4 outputs, so no instruction
+// broadcasts. The largest tile, 6 pixels by 4 vectors, keeps its sums in 24 of the 32 registers. Per 96 sdot (1536 products) it
+// loads 22 times and converts 6 vectors to signed: 12 products per instruction, where sdot alone has 16.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_neon.hpp>
@@ -18,7 +18,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::neon {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 4;
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
 using detail::gemm_group;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
@@ -30,7 +30,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
         for (std::size_t i = 0; i < inputs; ++i) sum += weights[o * inputs + i] - weight_zero_point;
         packed.bias[o] = sign * (packed.bias[o] + 128 * sum);  // see to_signed()
     }
-    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_most_vectors);
+    detail::append_groups_of_four(packed, weights, weight_zero_point, sign, gemm_lanes, gemm_max_vectors);
 }
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
@@ -56,14 +56,14 @@ template <int group, std::size_t... p>
     ((sums[p * vectors] = add_products_with<group>(sums[p * vectors], weights, inputs[p])), ...);
 }
 
-/// Four inputs of every pixel, vector by vector of weights: so a single one of them needs a register.
+/// Four inputs of every pixel, one vector of weights after another, so that the weights need one register.
 template <int group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::index_sequence<p...> pixels, std::index_sequence<v...>, int32x4_t* sums,
                                                 const std::int8_t* weights, const int8x16_t* inputs) {
     (multiply_add<group>(pixels, sums + v, sizeof...(v), load(weights + (group * sizeof...(v) + v) * 16), inputs), ...);
 }
 
-/// As many times four inputs of every pixel as there are groups.
+/// Four inputs of every pixel for each group.
 template <int... group, std::size_t... p, std::size_t... v>
 [[gnu::always_inline]] inline void multiply_add(std::integer_sequence<int, group...>, std::index_sequence<p...> pixels,
                                                 std::index_sequence<v...> vectors, int32x4_t* sums, const std::int8_t*& weights,
@@ -112,7 +112,7 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
     std::size_t p = 0;
     for (; p + pixels <= count; p += pixels)
         gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
-    if (p < count && count >= pixels) {  // the last tile overlaps the one before and gives the same values once more
+    if (p < count && count >= pixels) {  // the last tile overlaps the one before it
         p = count - pixels;
         gemm_u8_tile(tile, wide, input, p, weights, bias, requantize, outputs, held, result + p * outputs);
         return;
@@ -124,7 +124,7 @@ inline void gemm_u8_panel(const gemm_tile_input& input, std::size_t count, const
 template <class Requantizer>
 inline void gemm_u8(const gemm_u8_weights& weights, const Requantizer& requantize, const std::uint8_t* const* segments,
                     std::size_t pixel_stride, std::size_t pixels, std::uint8_t* result) {
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     const gemm_tile_input input{segments, weights.segments, detail::groups_of_four(weights.inputs), pixel_stride};
     const std::int8_t* values = weights.narrow.data();
     std::size_t first = 0;

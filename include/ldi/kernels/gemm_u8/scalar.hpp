@@ -10,7 +10,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION::scalar {
 
-/// Outputs that lie side by side in memory: input by input, the weights of so many outputs. Compilers make vectors of them.
+/// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
 
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {

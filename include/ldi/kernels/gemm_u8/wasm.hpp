@@ -1,8 +1,7 @@
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
 //
-// As many pixels as fit the first-level cache are first widened to 16 bits; then two inputs at a time are spread over the lanes
-// by the load, shared by the vectors of the panel. V8 has 15 registers to give and orders loads first: 8 sums, 2
-// vectors of weights, 4 of inputs.
+// The kernel first widens as many pixels as fit the first-level cache to 16 bits. A load then broadcasts two inputs, which the
+// panel's vectors share. V8 allocates 15 registers and moves loads to the front: 8 sums, 2 vectors of weights, 4 of inputs.
 #pragma once
 
 #include <ldi/kernels/detail/lanes_wasm.hpp>
@@ -18,10 +17,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
 
-inline constexpr std::size_t gemm_lanes = 4, gemm_most_vectors = 2, gemm_tile = 4, gemm_group = 2;
-inline constexpr std::size_t gemm_widened = 4 * detail::most_unfused_inputs;  // values at a time
+inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
+inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
 
-/// A single output would use one lane of 4: its weights lie as the inputs do, segment by segment in whole vectors.
+/// Weights of a single output, which would fill one lane of 4: in the inputs' order, each segment padded to whole vectors.
 inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     const std::size_t padded = (packed.inputs + 7) / 8 * 8;
     for (std::size_t s = 0; s < packed.segments; ++s)
@@ -33,7 +32,7 @@ inline void pack_single_output(gemm_u8_weights& packed, std::span<const std::uin
 /// Panel by panel, segment by segment, two inputs by two inputs, vector by vector: of 4 outputs both inputs.
 inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> weights, std::uint8_t weight_zero_point) {
     if (packed.is_single_output()) return pack_single_output(packed, weights, weight_zero_point);
-    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(packed.outputs, gemm_lanes, gemm_max_vectors);
     std::size_t first = 0;
     for (std::size_t panel = 0; panel < cut.panels; ++panel) {
         const std::size_t end = first + cut.vectors_in(panel) * gemm_lanes;
@@ -58,7 +57,7 @@ struct widened_pixels {
     widened_pixels(const gemm_u8_weights& weights, std::size_t input_stride)
         : segment_count(weights.segments),
           segment_stride(gemm_widened / weights.segments),
-          // Windows that overlap or lie side by side stay so.
+          // Keeps overlapping and adjacent windows as they are.
           pixel_stride(input_stride <= weights.inputs ? input_stride : weights.inputs),
           pairs((weights.inputs + gemm_group - 1) / gemm_group) {
         const std::size_t fit = (segment_stride - weights.inputs - 1) / pixel_stride + 1;
@@ -74,12 +73,12 @@ struct widened_pixels {
                 widen(from, (count - 1) * pixel_stride + weights.inputs, to);
             else
                 for (std::size_t p = 0; p < count; ++p) widen(from + p * input_stride, weights.inputs, to + p * pixel_stride);
-            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one value too many
+            to[(count - 1) * pixel_stride + weights.inputs] = 0;  // an odd number of inputs reads one extra value
         }
     }
 };
 
-/// What all tiles of some pixels and one panel share.
+/// The arguments of all tiles of some pixels and one panel.
 struct gemm_panel {
     const widened_pixels& input;
     const gemm_u8_weights& weights;
@@ -136,7 +135,7 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8
     const std::size_t outputs = panel.weights.outputs;
     std::size_t p = 0;
     for (; p + gemm_tile <= count; p += gemm_tile) gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
-    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before and gives the same values once more
+    if (p < count && count >= gemm_tile) {  // the last tile overlaps the one before it
         p = count - gemm_tile;
         gemm_u8_tile(tile, wide, panel, p, requantize, result + p * outputs);
         return;
@@ -146,10 +145,10 @@ inline void gemm_u8_panel(const gemm_panel& panel, std::size_t count, std::uint8
 
 inline void gemm_u8_panels(const gemm_u8_weights& weights, const std::uint8_t* const* segments, std::size_t pixel_stride,
                            std::size_t pixels, std::uint8_t* result) {
-    static constexpr void (*panel_functions[2][gemm_most_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
+    static constexpr void (*panel_functions[2][gemm_max_vectors])(const gemm_panel&, std::size_t, std::uint8_t*) = {
         {gemm_u8_panel<1, false>, gemm_u8_panel<2, false>}, {gemm_u8_panel<1, true>, gemm_u8_panel<2, true>}};
     const auto& functions = panel_functions[weights.output.zero_point == 0];
-    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_most_vectors);
+    const detail::panel_cut cut(weights.outputs, gemm_lanes, gemm_max_vectors);
     widened_pixels input(weights, pixel_stride);
     for (std::size_t done = 0; done < pixels;) {
         const std::size_t count = pixels - done < input.most ? pixels - done : input.most;

@@ -78,7 +78,7 @@ public:
             buffer<quantized_source> sources;
             for (const ranged_tensor& t : l.sources) sources.push_back({t.channels, range(t.name)});
             const std::size_t k = static_cast<std::size_t>(l.kernel);
-            if (l.inputs() * k * k > most_conv_u8_inputs)
+            if (l.inputs() * k * k > max_conv_u8_inputs)
                 raise(error_code::unsupported, where(), "int8 convolutions of up to 131072 inputs",
                       l.name + " with " + std::to_string(l.inputs() * k * k));
             return pack_byte_convolution(target_, weights, bias, l.kernel, l.after, sources,

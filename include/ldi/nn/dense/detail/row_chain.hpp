@@ -199,7 +199,7 @@ private:
             std::memcpy(to + side, input_row(s, state.next_padded), stage.input_row_bytes());
             std::memset(to + side + stage.input_row_bytes(), layer.padding, side + chain_stage::slack);
         }
-        std::array<const std::uint8_t*, gemm_u8_weights::most_segments> segments{};
+        std::array<const std::uint8_t*, gemm_u8_weights::max_segments> segments{};
         for (std::size_t k = 0; k < layer.kernel; ++k) {
             const std::size_t row = y * layer.stride + k;  // plus the margin
             if (row >= margin && row < height + margin) {
