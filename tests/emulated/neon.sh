@@ -15,6 +15,7 @@ source tests/emulated/header_links.sh
 require "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_neon[@]}"
 
 build=build/neon
+end_without_catch2
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=(tests/nn/dense/quantized_network.cpp tests/nn/ldi/{convolution,feature_map,convolution_layer,pooling,elementwise}.cpp tests/networks/{tiefenrausch,farbrausch}.cpp)

@@ -13,6 +13,7 @@ source tests/emulated/header_links.sh
 require "${needs_weight_files[@]}" "${needs_tests[@]}" "${needs_webassembly[@]}"
 
 build=build/webassembly
+end_without_catch2
 link_headers "$build/headers"
 printf '#define CATCH_CONFIG_MAIN\n#include <catch2/catch.hpp>\n' >"$build/main.cpp"
 tests=(
