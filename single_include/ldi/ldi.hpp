@@ -7534,17 +7534,16 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
-// Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
+// Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
 
 #include <bit>
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// One bit for each pixel. Bits outside are zero. (Shifts and masks stand for / 64 and % 64, which cost more where numbers are
-/// signed.)
+/// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one word before and two after stay zero
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -7559,7 +7558,7 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
+    /// Sets the bits of [first, first + count) that are set at [source_first, ...) of `source`, another object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -7593,9 +7592,10 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// The first from `i` on, i > 0, that is not one more than the value before it.
+/// The first index from `i` on, i > 0, whose value is not one more than the value before it.
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    constexpr std::size_t block = 16;  // compared at once: strips are as long as an image's rows, and these loops read every link
+    // Values compared together: strips are as long as image rows, and these loops read every link.
+    constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
         for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
@@ -7605,7 +7605,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// All pixels that have a neighbor in a column of links, in as few strips as can be.
+/// All pixels with a neighbor in a column of links, in as few strips as possible.
 inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -7640,15 +7640,15 @@ struct link_strips {
 /// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
 /// + 1.
 ///
-/// Links beside spine and ribs play no part, so a fold or a silhouette there changes nothing. Some other windows are their rows
-/// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
+/// Links beside spine and ribs do not matter, so a fold or a silhouette there changes nothing. A few other windows are
+/// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
 class regular_pixels {
 public:
     regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbor lies next in memory
+        pixel_bits has_right(g.size());  // the right neighbor is next in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
@@ -7662,8 +7662,8 @@ public:
 
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
-    /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent, too; `rows` are the
+    /// kernel_size pixels of the first one's spine. Pixels for which `visit` returns false become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
@@ -7725,17 +7725,17 @@ private:
 }  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
-// Where a k x k convolution on a layered depth image finds its inputs. Most of an LDI is ordinary image rows, and a window there
-// is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
-// which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
+// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
+// plan depends on the graph and the kernel's size alone; all layers of a level share it.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
-/// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
+/// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
 struct convolution_plan {
-    /// Outputs first, first + 1, ... whose windows are ordinary: with row r of segment s, `rows[s * kernel_size + r]`, row r of
-    /// the window of output first + i is the kernel_size pixels round the pixel `row + stride * i`.
+    /// Outputs first, first + 1, ... with ordinary windows. With `row = rows[s * kernel_size + r]` of segment s, row r of the
+    /// window of output first + i is the kernel_size pixels centered at pixel `row + stride * i`.
     struct segment {
         std::int32_t first, count;
     };
@@ -7748,7 +7748,7 @@ struct convolution_plan {
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
-    /// kernel_size as a size, to count and subscript with.
+    /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Elements of a window.
     std::size_t elements() const { return k() * k(); }
@@ -7759,7 +7759,7 @@ struct convolution_plan {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Memory held.
+    /// Allocated memory.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -7768,7 +7768,7 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Segments of fewer outputs are not worth a call of their own: gathered, they share tiles with others.
+/// Minimum outputs of a segment. Shorter ones are gathered, to share tiles with others.
 inline constexpr std::int32_t shortest_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -7804,7 +7804,7 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
         if (g.y[first] % 2 != 0) return true;
         const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
-        // The kept pixels of a run follow each other in the coarse graph.
+        // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
     });
@@ -7817,12 +7817,12 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
 
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
-/// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
+/// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
+/// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
@@ -7866,7 +7866,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// Sets the marks of the pixels that lie in some window of the plan: what must be known to compute its outputs.
+/// Marks all pixels in windows of the plan: the inputs of its outputs.
 ///
 /// marks  input_count
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {
@@ -7898,26 +7898,26 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
-// Feature maps: what a layer of a network holds for each pixel of a layered image, and how the next layer reads it (paper,
-// section "Mapping the PConv Network to LDI").
+// Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
+// LDI").
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Somebody else's feature map, possibly through a map of pixels: nearest upsampling without writing it out.
+/// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
 /// Value  float or std::uint8_t, as the weights' kernel reads it
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
-    std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
-    Value zero = {};                     ///< what stands for zero: of bytes their zero point
+    std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
+    std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    Value zero = {};                     ///< the value that represents zero: the zero point of bytes
 
     /// Pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
-    /// The row of a pixel that counts, or no_pixel.
+    /// The row of a pixel, or no_pixel if it is missing or masked.
     std::int32_t row_of(std::int32_t pixel) const {
         if (pixel == no_pixel) return no_pixel;
         const std::int32_t row = rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
@@ -7936,10 +7936,10 @@ template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< what stands for zero: of bytes their zero point
+    Value zero = {};  ///< the value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Values are not set.
+    /// Leaves the values uninitialized.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
 
@@ -7955,7 +7955,7 @@ struct basic_feature_map {
         return std::span<const Value>(values).subspan(first(pixel), channels);
     }
 
-    /// The map must live, and keep its size, as long as the view.
+    /// The map must outlive the view and keep its size.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -7967,10 +7967,10 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// A coarse map as the finer graph's pixels see it: each has the channels of its parent, or zeros where it has none. Nothing is
-/// written; the map and the parents must live as long as the view.
+/// View of a coarse map on the finer graph: each pixel has the channels of its parent, or zeros without one. Copies nothing; the
+/// map and the parents must outlive the view.
 ///
-/// parent  coarsened::parent, one a pixel of the finer graph
+/// parent  coarsened::parent, one per pixel of the finer graph
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
@@ -7978,7 +7978,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// Rows are short: a call of memmove() for each costs more than it copies.
+/// A loop, because rows are short and calls of memmove() cost more than the copies.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -7987,7 +7987,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies what a pixel holds, and returns how many of its channels count.
+/// Copies a pixel's channels, and returns the number of unmasked ones.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;
@@ -8009,14 +8009,14 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
-// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
-// together in a small buffer; both by the same kernel, which adds in the same order.
+// Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
+// in a small buffer. Both use the same kernel and order of summation.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A kernel's weights know which kernel that is.
+/// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
@@ -8027,7 +8027,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
     conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-/// What stands for zero among the results of such weights.
+/// The value that represents zero in results of these weights.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, std::uint8_t>)
@@ -8036,7 +8036,7 @@ Result zero_of_results(const Weights& weights) {
         return Result{};
 }
 
-/// What stays the same for all blocks of a convolution.
+/// The arguments that all blocks of a convolution share.
 template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
@@ -8069,7 +8069,7 @@ public:
         counts_.resize(stretch_pixels);
     }
 
-    /// Computes those of the outputs [first, last) that are in the plan.
+    /// Computes the plan's outputs in [first, last).
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
         const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
@@ -8094,7 +8094,7 @@ private:
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
 
-    /// The next multiple of the kernels' tiles.
+    /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
         constexpr std::size_t tile = 24;
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
@@ -8111,7 +8111,7 @@ private:
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
-    /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
+    /// Whether the kernel can read these pixels in place: a single source without a map, with all pixels present.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -8183,7 +8183,7 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Where the whole window is masked, not even the bias is left.
+    /// Sets results to zero if the whole window is masked: not even the bias applies.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -8191,11 +8191,11 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs per call: gathered; copied from a segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // channels that count in a column of a segment's rows
+    buffer<std::size_t> counts_;  // unmasked channels per column of a segment's rows
 };
 
 template <class Weights, class Result, executor Executor>
@@ -8214,7 +8214,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // A block's gathered outputs follow its segments before their inputs have left the cache.
+    // Gathered outputs follow the segments of their block while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);
@@ -8254,23 +8254,23 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
-/// inputs   channels; where a convolution reads several sources, of all of them, one after the other
+/// inputs   channels; of a convolution with several sources, the channels of all of them, concatenated
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
-/// What the bytes of a source stand for.
+/// The meaning of a source's bytes.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
 };
 
-/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
+/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output becomes 63.
 ///
-/// sources  as the convolution will read them; their zero points must be basic_feature_view::zero
-/// result   of results that are bytes; results that are floats are in units of result.scale
+/// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
+/// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
@@ -8299,11 +8299,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
 
-/// result = activation(weights * window + bias); what does not exist counts as zero.
+/// result = activation(weights * window + bias); missing pixels count as zero.
 ///
-/// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
-/// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source. A vector or span of float, or of what the sources hold
+/// sources  the input channels, concatenated. Their masks must be empty
+/// result   plan.output_count x weights.outputs; rows of outputs outside the plan stay unchanged. Must not overlap
+///          a source. A vector or span of float, or of the sources' type
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -8316,9 +8316,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 
 /// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
 ///
-/// Where a pixel does not exist, or its row is no_pixel, or its mask is 0, its channels count as masked. The sum runs over all
-/// channels of all sources: a pixel counts C of a source's channels where that source has it. Without masks this is partial
-/// convolution by existence.
+/// A pixel's channels count as masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs
+/// over all channels of all sources. Without masks, only missing pixels are left out.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -8331,9 +8330,9 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/convolution_layer.hpp
-// A convolution of a network on layered images, with its weights: what a network is written in. It serves any number of graphs;
-// the plan says which, and whether the result lies on the coarser one. Float32; for other arithmetics, masks, and results in
-// memory of your own there is nn/ldi/convolution.hpp.
+// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
+// the plan names the graph, and whether the result lies on the coarser one. Float32; nn/ldi/convolution.hpp has bytes, masks and
+// results in the caller's memory.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -8344,8 +8343,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
-    activation after = no_activation;  ///< what happens to the sums: relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< what does not exist is left out of the average; otherwise it counts as zero
+    activation after = no_activation;  ///< activation: relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< leaves missing pixels out of the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
@@ -8358,11 +8357,11 @@ public:
           is_partial_(options.is_partial) {}
 
     /// plan    of this layer's kernel size
-    /// inputs  one after the other they are the layer's input channels: a concatenation that is not written out. Masks
-    ///         count where the layer is partial, and must be empty elsewhere
+    /// inputs  maps whose concatenated channels are the layer's inputs; nothing is copied. Their masks must be empty unless the
+    ///         layer is partial
     ///
-    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. Its bits
-    /// depend neither on the executor nor on what lies outside a pixel's window.
+    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. A pixel's
+    /// bits depend on its window alone, not on the executor.
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {
@@ -8388,7 +8387,7 @@ private:
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
-// What networks do with each pixel of a layered image by itself: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -8405,9 +8404,9 @@ feature_map for_each_value(feature_map values, Executor& threads, Function funct
 
 }  // namespace detail
 
-/// a + b. Pass `std::move(a)` where it is not needed any more: then nothing is allocated.
+/// a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  of as many pixels and channels; it may be upsampled. Where it has nothing, zero is added
+/// b  of as many pixels and channels; it may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -8424,9 +8423,9 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// The channels of the first map, then those of the next. Of a single upsampled map it is that map, written out.
+/// Concatenates the channels of the maps. A single upsampled map is written out.
 ///
-/// maps  at least one, all of as many pixels. A convolution takes several maps as they are, which is faster
+/// maps  at least one, all with the same number of pixels. A convolution reads several maps directly, which is faster
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     LDI_ASSERT(maps.size() > 0);
@@ -8447,11 +8446,11 @@ feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& thr
     return result;
 }
 
-/// relu, leaky_relu(slope): what a convolution_layer does by itself, for where an addition comes between.
+/// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also of -infinity
+        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
 }
 
@@ -8470,19 +8469,18 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
-// Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
-// others.
+// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which pixels, and for each pixel of the graph its number among them.
+/// The pixels, and the row of each pixel of the graph among them.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
-    buffer<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+    buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// Pixels whose place in `marks` is not 0.
+    /// The pixels whose mark is not 0.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -8497,7 +8495,7 @@ struct pixel_subset {
     }
 };
 
-/// The plan for tensors that hold rows of subsets only: the same windows, in the subsets' numbering.
+/// Renumbers a plan for tensors that hold rows of subsets only.
 ///
 /// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
@@ -8507,7 +8505,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
         pixel = subset.row_of[pixel];
         LDI_ASSERT(pixel != no_pixel);
     };
-    // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
+    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
     for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
     for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
     for (std::int32_t& output : plan.irregular) renumber(output, outputs);
@@ -8519,15 +8517,14 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
 }  // namespace ldi
 
 // ---- ldi/nn/ldi/pooling.hpp
-// Pooling: a feature map on the coarser graph, from the pixels that collapse to each of its pixels. On an image these are its
-// 2 x 2 pixels; at a silhouette those that links inside the 2 x 2 group lead to (core/coarsening.hpp), so that no surface mixes
-// with another.
+// Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels; at a
+// silhouette, only those connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do not mix.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: of coarse pixel i those from first[i] to first[i + 1], ascending.
+/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -8543,8 +8540,8 @@ struct collapsed_pixels {
     }
 };
 
-/// combine  of the values of two pixels
-/// finish   takes the combined values of a coarse pixel, and of how many pixels they are
+/// combine  combines the values of two pixels
+/// finish   maps a coarse pixel's combined value and number of fine pixels to the result
 template <executor Executor, class Combine, class Finish>
 feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads, Combine combine, Finish finish) {
     LDI_ASSERT(fine.pixels() == by.parent.size());
@@ -8569,9 +8566,9 @@ feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads
 
 }  // namespace detail
 
-/// The average over the fine pixels whose parent a coarse pixel is.
+/// Average over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph whose pixels `fine` has
+/// by  coarsen() of the graph of `fine`
 template <executor Executor = const serial_executor>
 feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool(
@@ -8581,9 +8578,9 @@ feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&
         });
 }
 
-/// The largest value of each channel over the fine pixels whose parent a coarse pixel is.
+/// Maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph whose pixels `fine` has
+/// by  coarsen() of the graph of `fine`
 template <executor Executor = const serial_executor>
 feature_map max_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool(
@@ -8613,15 +8610,15 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 }  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
-// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
-// from it what it needs, and every tensor's type and shape are checked when it is taken.
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file. Networks look tensors up by
+// name, and each lookup checks type and shape.
 
 #include <map>
 #include <variant>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Row-major values. Half-precision numbers of a file are here as float.
+/// Row-major values. Half-precision numbers of a file become float.
 struct tensor {
     buffer<std::size_t> shape;  ///< empty for a single value
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
@@ -8631,7 +8628,7 @@ struct tensor {
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< they come from, for messages: the path of a file
+    std::string where;  ///< the file's path, for messages
 };
 
 /// "20 x 4 x 7 x 7", or "a single value".
@@ -8651,7 +8648,7 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
 
-/// A tensor as messages name it.
+/// The name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return place_in(from.where, "tensor " + printable(name));
 }
@@ -8690,8 +8687,8 @@ void check_no_others(const named_tensors& from, const Names& names) {
 }  // namespace ldi
 
 // ---- ldi/nn/dense/network_description.hpp
-// A quantized network as plain data, between the reader of a file format (formats/caffe2.hpp) and what runs it
-// (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
+// A quantized network as plain data: the output of a file reader (formats/caffe2.hpp) and the input of quantized_network
+// (nn/dense/quantized_network.hpp), which checks it.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -8700,7 +8697,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;        ///< each output channel sees its own input channel only
+    bool depthwise = false;        ///< each output channel reads its own input channel only
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
@@ -8718,12 +8715,12 @@ struct nearest_resize_description {
 };
 
 struct operator_description {
-    std::string name;  ///< of the tensor it makes, for messages and for looking at intermediate results
+    std::string name;  ///< of its result, for messages and for intermediate results
     quantization output;
     std::variant<convolution_description, addition_description, nearest_resize_description> kind;
 };
 
-/// Tensors are numbered: 0 is the network's input, i + 1 what operators[i] makes. An operator reads only tensors made before it.
+/// Tensor 0 is the network's input, tensor i + 1 the result of operators[i]. An operator reads only earlier tensors.
 struct network_description {
     std::string input_name;
     std::size_t input_channels = 0;
@@ -8736,19 +8733,19 @@ struct network_description {
 }  // namespace ldi
 
 // ---- ldi/nn/dense/detail/check_network.hpp
-// Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
-// used, and an error names the tensor.
+// Checks a network description for quantized_network. Descriptions come from files, so every number is checked before use, and
+// errors name the tensor.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
 inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
 
-/// The factor from an accumulator's unit to the output's. The order of the operations decides the last bit.
+/// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
 
-/// What the checks keep of each tensor that has passed.
+/// Facts about a tensor that has passed the checks.
 struct checked_tensor {
     quantization values;
     std::size_t channels;
@@ -8765,7 +8762,8 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Every output's sums stay inside 32 bits, in any order of summation and with the input's zero point folded into the bias.
+/// Raises an error unless every output's sums fit 32 bits, in any order of summation, with the input's zero point folded into
+/// the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
     for (std::size_t o = 0; o < c.bias.size(); ++o) {
@@ -8848,7 +8846,7 @@ inline void check_network(const network_description& network) {
 }  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/packed_layer.hpp
-// The layers of a quantized_network as its kernels take them.
+// The layers of a quantized_network, packed for the kernels.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -8883,13 +8881,13 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;         ///< of the tensor it makes
-    std::size_t channels = 0;    ///< of the tensor it makes
+    quantization values;         ///< of the layer's result
+    std::size_t channels = 0;    ///< of the layer's result
     buffer<std::size_t> inputs;  ///< tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// `description` has passed check_network(). `inputs` are what op.inputs stand for.
+/// `description` has passed check_network(). `inputs` are the tensors that op.inputs number.
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};
@@ -8933,9 +8931,9 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }  // namespace ldi
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
-// Runs layers that follow on each other as one: a strip of rows of the last layer's result at a time. Between the layers only the
-// rows that the next one still needs are kept, in rings that stay in the processor's caches, so that the six- to fifteenfold
-// wider tensors inside the network's blocks never reach memory.
+// Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
+// keep only the rows that the next layer still needs. They stay in the processor's caches, so the tensors inside the network's
+// blocks, 6 to 15 times as wide, never reach memory.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
@@ -8949,13 +8947,13 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< as stored: without the enlargement by `repeat`
+    tensor_size input, output;  ///< as stored, before the enlargement by `repeat`
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: the input counts as enlarged by this
-    std::size_t other = 0;         ///< addition only: the tensor that the chain does not bring
+    std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
+    std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only
     std::size_t rows = 0;          ///< computed at a time
-    std::size_t ring_rows = 0;     ///< of its result that are kept; 0 for the last stage
+    std::size_t ring_rows = 0;     ///< rows of its result in the ring; 0 for the last stage
 
     std::size_t output_row_bytes() const { return output.width * layer->channels; }
     std::size_t input_row_bytes() const { return input.width * input_channels; }
@@ -8969,19 +8967,19 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Rows of the input that stand for one, vertically: what resizing does, alone or in front of a depthwise convolution.
+    /// Vertical enlargement by a resize, alone or fused with a depthwise convolution.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
     }
 
-    /// The rows of the input that these rows of the result are made from.
+    /// The rows of the input that these rows of the result depend on.
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
         return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
-    /// The most rows that needs() asks for `count` rows of the result.
+    /// Maximum number of rows that needs() returns for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
         return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
@@ -8994,12 +8992,12 @@ struct chain_stage {
     }
     std::size_t ring_bytes() const { return ring_rows == 0 ? 0 : ring_rows * output_row_bytes() + slack; }
 
-    static constexpr std::size_t slack = 64;  ///< readable bytes behind the last value, as kernels ask for
+    static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
 };
 
-inline constexpr std::size_t wanted_pixels = 64;  ///< at a time: enough for packed weights to be used often once they are near
+inline constexpr std::size_t wanted_pixels = 64;  ///< pixels per step: enough to reuse packed weights while they are in the cache
 
-/// Decides how many rows each stage computes at a time, and how many are kept.
+/// Decides how many rows each stage computes per step, and how many its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
@@ -9018,8 +9016,8 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     return bytes;
 }
 
-/// Where the rows of a tensor are: `middle` in the tensor itself, those before and behind it in copies, because others may be
-/// overwriting them.
+/// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
+/// overwrite them.
 struct row_source {
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
     row_range middle;
@@ -9030,7 +9028,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Rows from y on that lie one behind the other.
+    /// Number of contiguous rows from y on.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -9065,11 +9063,11 @@ public:
 private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
-        std::size_t made = 0;         // rows before this one have been computed
+        std::size_t made = 0;         // rows before this one are computed
         std::size_t next_padded = 0;  // rows of the input before this one have been copied
     };
 
-    /// Computes the rows of a stage that come before `end`.
+    /// Computes the rows of a stage before `end`.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -9085,7 +9083,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Rows from y on that lie one behind the other, in a stage's result.
+    /// Number of contiguous rows from y on in a stage's result.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }
@@ -9175,7 +9173,7 @@ private:
 }  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/schedule.hpp
-// In which chains the layers of a network run, and where in one block of memory their tensors lie.
+// Groups the layers of a network into chains, and places their tensors in one block of memory.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
@@ -9187,7 +9185,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// How often each tensor is read; the network's result counts as read once more.
+/// Number of readers of each tensor; the network's result has one more.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -9201,8 +9199,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// A dense convolution with few inputs and only 1 x 1 convolutions behind it costs less to compute for each of them than to write
-/// and to read again.
+/// Whether to recompute a layer for each of its readers: a dense convolution with few inputs, read by 1 x 1 convolutions only,
+/// costs less to recompute than to store and load.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
@@ -9217,7 +9215,7 @@ inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer,
     return readers > 0;
 }
 
-/// Whether `next` may continue a chain that `layer` ends: the parts of an inverted residual block (1 x 1 convolution,
+/// Whether `next` may extend a chain that ends with `layer`: both belong to an inverted residual block (1 x 1 convolution,
 /// enlargement, depthwise convolution, 1 x 1 convolution, additions).
 inline bool continues(const packed_layer& layer, const packed_layer& next) {
     const bool is_resize = std::holds_alternative<resize_layer>(layer.kind);
@@ -9227,14 +9225,14 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
     return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
 }
 
-/// One layer a step.
+/// One layer per step.
 inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
     buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
-/// As few tensors as possible leave a chain.
+/// Steps such that as few tensors as possible leave their chain.
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -9279,7 +9277,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result lies where the input lies
+    bool overwrites_input = false;  ///< the result replaces the input in memory
     std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
 };
 
@@ -9300,7 +9298,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
         const packed_layer& layer = layers[l];
         const std::size_t brought = i == 0 ? step.input : step.layers[i - 1] + 1;
         const auto* resize = std::get_if<resize_layer>(&layer.kind);
-        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution behind it does it
+        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution after it resizes
             repeat = resize->factor;
             continue;
         }
@@ -9332,18 +9330,18 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // Rows of the input are overwritten soon after they were read: each may be read only once, apart from the addition.
+    // The chain overwrites rows of the input soon after it reads them, so each may be read only once, apart from the addition.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// A piece of memory that one tensor after the other lies in.
+/// A piece of memory for one tensor after another.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
 
-/// Large blocks first, each at the lowest place that is free as long as it lives. Returns the end of the highest.
+/// Places large blocks first, each at the lowest offset that is free during its lifetime. Returns the end of the highest block.
 inline std::size_t place(buffer<tensor_block>& blocks) {
     buffer<tensor_block*> order, placed;
     for (tensor_block& block : blocks)
@@ -9412,10 +9410,10 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
+/// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
 class quantized_network {
 public:
-    /// No run may need more than this for the tensors that are alive at the same time when each layer runs on its own.
+    /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
     static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
 
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
@@ -9444,20 +9442,20 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
+    /// The size of the result for an input of this size. Raises an error if the network does not accept it.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Bytes that run() works in, beside its input and its result.
+    /// Bytes of working memory of run(), beside its input and result.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// One step of run(): some layers that run as one, and what they cost. For measuring.
+    /// One step of run() and its cost, for measurements: some layers that run as one chain.
     struct step_description {
-        std::string_view name;  ///< of the tensor that its last layer makes
+        std::string_view name;  ///< of its last layer's result
         tensor_size size;       ///< of that tensor
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications that its convolutions ask for
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications of its convolutions
     };
 
     /// In the order in which run() calls `progress`.
@@ -9478,15 +9476,15 @@ public:
         return described;
     }
 
-    /// What run() calls after each step unless told otherwise.
+    /// The default listener of run().
     struct ignore_progress {
         void operator()(float) const {}
     };
 
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; what it throws ends the run
-    /// memory    where to work, at least working_bytes(); if empty, memory is allocated for the run
-    /// Returns the result in output_quantization().
+    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; an exception from it ends
+    /// the run memory    working memory of at least working_bytes(); if empty, the run allocates it Returns the result in
+    /// output_quantization().
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -9498,10 +9496,10 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// The same result layer by layer, slower, for looking into the network.
+    /// Computes the same result layer by layer, slower, to show intermediate results.
     ///
-    /// observe  called as observe(layer, name, tensor) on the calling thread with the tensor that each layer makes; what it
-    ///          throws ends the run
+    /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
+    ///          the run
     template <executor Executor, class Observe>
     image<std::uint8_t> run_observed(const image<std::uint8_t>& input, Executor& threads, Observe&& observe) const {
         check_channels(input);
@@ -9524,7 +9522,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // a tensor that nothing reads goes at once
+            last[i + 1] = i;  // a tensor without readers is freed at once
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -9532,7 +9530,7 @@ private:
             if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
-    /// The size of every tensor, found before anything is allocated.
+    /// The size of every tensor, computed before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
@@ -9648,7 +9646,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that copies around cuts stay apart
+        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
         const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -9660,7 +9658,7 @@ private:
 
     isa target_;
     std::string input_name_;
-    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
+    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 the result of layer i
     buffer<std::size_t> channels_;  ///< of each tensor
     buffer<detail::packed_layer> layers_;
     buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads
@@ -9676,7 +9674,7 @@ private:
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// file  of n operators; tensor 0 of the network is its input, tensor i + 1 what operator i makes:
+/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors
@@ -9687,8 +9685,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
 /// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
 ///
-/// Raises mismatch or invalid_data, naming the tensor, where the file does not hold this. What the description says still goes
-/// through the checks of quantized_network.
+/// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
+/// afterwards.
 inline network_description read_quantized_network(const named_tensors& file);
 
 namespace detail {
@@ -9708,7 +9706,7 @@ public:
         result_.where = file_.where;
         result_.input_name = "input";
         result_.input = {scales_[0], zero_points_[0]};
-        channels_ = {0};  // of the input, until something reads it
+        channels_ = {0};  // unknown until a convolution reads the input
         for (std::size_t i = 0; i < names.size(); ++i) {
             decltype(operator_description::kind) kind;
             switch (row(i, 0, 0, 3)) {
@@ -9781,7 +9779,7 @@ private:
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
-        // The number of channels of the input stands nowhere but in the weights of what reads it.
+        // Only the weights of the input's readers tell its number of channels.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
             tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});

@@ -1,5 +1,5 @@
-// A quantized network as plain data, between the reader of a file format (formats/caffe2.hpp) and what runs it
-// (nn/dense/quantized_network.hpp). Nothing here is checked; quantized_network checks it.
+// A quantized network as plain data: the output of a file reader (formats/caffe2.hpp) and the input of quantized_network
+// (nn/dense/quantized_network.hpp), which checks it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -18,7 +18,7 @@ struct convolution_description {
     std::size_t input = 0;   ///< a tensor
     std::size_t kernel = 1;  ///< side of the window, odd
     std::size_t stride = 1;
-    bool depthwise = false;        ///< each output channel sees its own input channel only
+    bool depthwise = false;        ///< each output channel reads its own input channel only
     buffer<std::uint8_t> weights;  ///< outputs x kernel x kernel x (depthwise ? 1 : input channels)
     quantization weight_quantization;
     buffer<std::int32_t> bias;  ///< outputs, in units of input scale * weight scale
@@ -36,12 +36,12 @@ struct nearest_resize_description {
 };
 
 struct operator_description {
-    std::string name;  ///< of the tensor it makes, for messages and for looking at intermediate results
+    std::string name;  ///< of its result, for messages and for intermediate results
     quantization output;
     std::variant<convolution_description, addition_description, nearest_resize_description> kind;
 };
 
-/// Tensors are numbered: 0 is the network's input, i + 1 what operators[i] makes. An operator reads only tensors made before it.
+/// Tensor 0 is the network's input, tensor i + 1 the result of operators[i]. An operator reads only earlier tensors.
 struct network_description {
     std::string input_name;
     std::size_t input_channels = 0;

@@ -19,10 +19,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// An 8-bit network, ready to run. Running it changes nothing in it, so one object serves any number of threads at once.
+/// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
 class quantized_network {
 public:
-    /// No run may need more than this for the tensors that are alive at the same time when each layer runs on its own.
+    /// Maximum bytes of the tensors that are alive at the same time, with each layer run on its own.
     static constexpr std::uint64_t most_bytes = std::uint64_t{1} << 29;
 
     /// target  the instruction set to pack weights for; it must be available. Results do not depend on it
@@ -51,20 +51,20 @@ public:
     std::size_t layer_count() const { return layers_.size(); }
     isa target() const { return target_; }
 
-    /// The size of the result for an input of this size. Raises an error if the network cannot take it.
+    /// The size of the result for an input of this size. Raises an error if the network does not accept it.
     tensor_size output_size(tensor_size input) const { return sizes(input)[output_]; }
 
-    /// Bytes that run() works in, beside its input and its result.
+    /// Bytes of working memory of run(), beside its input and result.
     std::size_t working_bytes(tensor_size input, std::size_t threads) const {
         return bytes_of(plan(input, fused_, true), std::max<std::size_t>(threads, 1));
     }
 
-    /// One step of run(): some layers that run as one, and what they cost. For measuring.
+    /// One step of run() and its cost, for measurements: some layers that run as one chain.
     struct step_description {
-        std::string_view name;  ///< of the tensor that its last layer makes
+        std::string_view name;  ///< of its last layer's result
         tensor_size size;       ///< of that tensor
         std::size_t layers = 0;
-        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications that its convolutions ask for
+        std::uint64_t dense_products = 0, depthwise_products = 0;  ///< multiplications of its convolutions
     };
 
     /// In the order in which run() calls `progress`.
@@ -85,15 +85,15 @@ public:
         return described;
     }
 
-    /// What run() calls after each step unless told otherwise.
+    /// The default listener of run().
     struct ignore_progress {
         void operator()(float) const {}
     };
 
     /// input     H x W x input_channels(), in input_quantization()
-    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; what it throws ends the run
-    /// memory    where to work, at least working_bytes(); if empty, memory is allocated for the run
-    /// Returns the result in output_quantization().
+    /// progress  called as progress(fraction) on the calling thread after each step, at last with 1; an exception from it ends
+    /// the run memory    working memory of at least working_bytes(); if empty, the run allocates it Returns the result in
+    /// output_quantization().
     template <executor Executor, class Progress = ignore_progress>
     image<std::uint8_t> run(const image<std::uint8_t>& input, Executor& threads, Progress&& progress = {},
                             std::span<std::byte> memory = {}) const {
@@ -105,10 +105,10 @@ public:
         return run_steps(input, threads, planned, memory, after_step);
     }
 
-    /// The same result layer by layer, slower, for looking into the network.
+    /// Computes the same result layer by layer, slower, to show intermediate results.
     ///
-    /// observe  called as observe(layer, name, tensor) on the calling thread with the tensor that each layer makes; what it
-    ///          throws ends the run
+    /// observe  called as observe(layer, name, tensor) on the calling thread with each layer's result; an exception from it ends
+    ///          the run
     template <executor Executor, class Observe>
     image<std::uint8_t> run_observed(const image<std::uint8_t>& input, Executor& threads, Observe&& observe) const {
         check_channels(input);
@@ -131,7 +131,7 @@ private:
     void find_last_uses() {
         buffer<std::size_t> last(layers_.size() + 1);
         for (std::size_t i = 0; i < layers_.size(); ++i) {
-            last[i + 1] = i;  // a tensor that nothing reads goes at once
+            last[i + 1] = i;  // a tensor without readers is freed at once
             for (std::size_t t : layers_[i].inputs) last[t] = i;
         }
         last_uses_.resize(layers_.size());
@@ -139,7 +139,7 @@ private:
             if (t != output_) last_uses_[last[t]].push_back(t);
     }
 
-    /// The size of every tensor, found before anything is allocated.
+    /// The size of every tensor, computed before any allocation.
     buffer<tensor_size> sizes(tensor_size input) const {
         if (input.height == 0 || input.width == 0)
             raise(error_code::invalid_data, input_name_, "at least one pixel",
@@ -255,7 +255,7 @@ private:
                     .run(range);
             }
         };
-        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // so that copies around cuts stay apart
+        const std::size_t least_rows = std::max<std::size_t>(2 * step.reach, 1);  // keeps the copies around cuts apart
         const std::size_t strips = std::clamp<std::size_t>(rows / least_rows, 1, std::max<std::size_t>(threads.concurrency(), 1));
         const std::size_t all_strips = std::max<std::size_t>(threads.concurrency(), 1);
         strip_task task{step, tensors, memory, memory + all_strips * planned.strip_bytes, planned, rows, strips};
@@ -267,7 +267,7 @@ private:
 
     isa target_;
     std::string input_name_;
-    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 what layer i makes
+    buffer<quantization> values_;   ///< of each tensor; 0 is the input, i + 1 the result of layer i
     buffer<std::size_t> channels_;  ///< of each tensor
     buffer<detail::packed_layer> layers_;
     buffer<buffer<std::size_t>> last_uses_;  ///< tensors that no later layer reads

@@ -17,7 +17,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// file  of n operators; tensor 0 of the network is its input, tensor i + 1 what operator i makes:
+/// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
 ///
 ///     operators                            int32  n x 5   kind, first input, second input, kernel, stride or factor
 ///     scales, zero_points                  float, uint8   n + 1, of the tensors
@@ -28,8 +28,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Kinds: 0 convolution, 1 depthwise convolution, 2 addition, 3 enlargement by repeating pixels. The last operator makes the
 /// result. "operator_names" in the metadata, separated by spaces, name the operators in messages.
 ///
-/// Raises mismatch or invalid_data, naming the tensor, where the file does not hold this. What the description says still goes
-/// through the checks of quantized_network.
+/// Raises mismatch or invalid_data, naming the tensor, if the file differs from this. quantized_network checks the description
+/// afterwards.
 inline network_description read_quantized_network(const named_tensors& file);
 
 namespace detail {
@@ -49,7 +49,7 @@ public:
         result_.where = file_.where;
         result_.input_name = "input";
         result_.input = {scales_[0], zero_points_[0]};
-        channels_ = {0};  // of the input, until something reads it
+        channels_ = {0};  // unknown until a convolution reads the input
         for (std::size_t i = 0; i < names.size(); ++i) {
             decltype(operator_description::kind) kind;
             switch (row(i, 0, 0, 3)) {
@@ -122,7 +122,7 @@ private:
         const std::string &weight = used_[used_.size() - 2], &bias = used_.back();
         const buffer<std::size_t>& shape = shape_of(weight);
         if (shape.size() != 4) raise(error_code::mismatch, tensor_place(file_, weight), "four dimensions", shape_text(shape));
-        // The number of channels of the input stands nowhere but in the weights of what reads it.
+        // Only the weights of the input's readers tell its number of channels.
         if (channels_[c.input] == 0 && c.input == 0) channels_[0] = c.depthwise ? shape[0] : shape[3];
         c.weights =
             tensor_values<std::uint8_t>(file_, weight, {shape[0], c.kernel, c.kernel, c.depthwise ? 1 : channels_[c.input]});

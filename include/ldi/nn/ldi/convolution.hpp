@@ -41,23 +41,23 @@ inline buffer<float> channels_last(std::span<const float> weights, std::size_t o
 ///
 /// weights  outputs x inputs x kernel_size x kernel_size, row-major, finite; batch normalization folded in
 /// bias     outputs
-/// inputs   channels; where a convolution reads several sources, of all of them, one after the other
+/// inputs   channels; of a convolution with several sources, the channels of all of them, concatenated
 inline conv_f32_weights pack_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                          std::int32_t kernel_size, activation after) {
     const std::size_t k = static_cast<std::size_t>(kernel_size);
     return pack_conv_f32(target, detail::channels_last(weights, bias.size(), k * k), bias, k, after);
 }
 
-/// What the bytes of a source stand for.
+/// The meaning of a source's bytes.
 struct quantized_source {
     std::size_t channels = 0;
     quantization values;
 };
 
-/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output is 63 steps.
+/// The same in the order that conv_u8() reads, rounded to 7 bits: the largest weight of each output becomes 63.
 ///
-/// sources  as the convolution will read them; their zero points must be basic_feature_view::zero
-/// result   of results that are bytes; results that are floats are in units of result.scale
+/// sources  quantization of the sources that the convolution will read; their zero points must equal basic_feature_view::zero
+/// result   quantization of byte results; float results are in units of result.scale
 inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> weights, std::span<const float> bias,
                                              std::int32_t kernel_size, activation after,
                                              std::span<const quantized_source> sources, quantization result) {
@@ -86,11 +86,11 @@ inline conv_u8_weights pack_byte_convolution(isa target, std::span<const float> 
     return pack_conv_u8(target, rounded, zero_points, scales, result_bias, k, after, result.zero_point);
 }
 
-/// result = activation(weights * window + bias); what does not exist counts as zero.
+/// result = activation(weights * window + bias); missing pixels count as zero.
 ///
-/// sources  what a pixel holds: the channels of the first, then those of the next. Their masks must be empty
-/// result   plan.output_count x weights.outputs; rows of outputs that are not in the plan are left as they are. Must not overlap
-/// a source. A vector or span of float, or of what the sources hold
+/// sources  the input channels, concatenated. Their masks must be empty
+/// result   plan.output_count x weights.outputs; rows of outputs outside the plan stay unchanged. Must not overlap
+///          a source. A vector or span of float, or of the sources' type
 ///
 /// The bits of an output depend on its window alone: not on the plan (whole or restricted) and not on the executor.
 template <class Weights, class Result, executor Executor = const serial_executor>
@@ -103,9 +103,8 @@ void convolve(const convolution_plan& plan, const Weights& weights,
 
 /// result = activation(weights * (window . mask) * (C k^2 / sum of mask) + bias) where the mask's sum is positive, else 0.
 ///
-/// Where a pixel does not exist, or its row is no_pixel, or its mask is 0, its channels count as masked. The sum runs over all
-/// channels of all sources: a pixel counts C of a source's channels where that source has it. Without masks this is partial
-/// convolution by existence.
+/// A pixel's channels count as masked if the pixel does not exist, its row is no_pixel, or its mask is 0. The mask's sum runs
+/// over all channels of all sources. Without masks, only missing pixels are left out.
 ///
 /// result_mask  plan.output_count: 1 where the mask's sum is positive, else 0; may be empty
 template <class Weights, class Result, executor Executor = const serial_executor>

@@ -1,6 +1,6 @@
-// A convolution of a network on layered images, with its weights: what a network is written in. It serves any number of graphs;
-// the plan says which, and whether the result lies on the coarser one. Float32; for other arithmetics, masks, and results in
-// memory of your own there is nn/ldi/convolution.hpp.
+// A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
+// the plan names the graph, and whether the result lies on the coarser one. Float32; nn/ldi/convolution.hpp has bytes, masks and
+// results in the caller's memory.
 //
 //     const ldi::coarsened half = ldi::coarsen(g);
 //     const ldi::feature_map fine = first(ldi::plan_convolution(g, 3), input);
@@ -24,8 +24,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
-    activation after = no_activation;  ///< what happens to the sums: relu, leaky_relu(0.2F), ...
-    bool is_partial = false;           ///< what does not exist is left out of the average; otherwise it counts as zero
+    activation after = no_activation;  ///< activation: relu, leaky_relu(0.2F), ...
+    bool is_partial = false;           ///< leaves missing pixels out of the sum and rescales it; otherwise they count as zero
     isa target = best_isa();           ///< the instruction set to pack weights for; results agree to rounding
 };
 
@@ -38,11 +38,11 @@ public:
           is_partial_(options.is_partial) {}
 
     /// plan    of this layer's kernel size
-    /// inputs  one after the other they are the layer's input channels: a concatenation that is not written out. Masks
-    ///         count where the layer is partial, and must be empty elsewhere
+    /// inputs  maps whose concatenated channels are the layer's inputs; nothing is copied. Their masks must be empty unless the
+    ///         layer is partial
     ///
-    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. Its bits
-    /// depend neither on the executor nor on what lies outside a pixel's window.
+    /// Returns the result at the plan's outputs: the pixels of the graph, or with stride 2 those of the coarser one. A pixel's
+    /// bits depend on its window alone, not on the executor.
     template <executor Executor = const serial_executor>
     feature_map operator()(const convolution_plan& plan, std::initializer_list<feature_view> inputs,
                            Executor&& threads = {}) const {

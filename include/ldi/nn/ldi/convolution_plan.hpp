@@ -1,6 +1,6 @@
-// Where a k x k convolution on a layered depth image finds its inputs. Most of an LDI is ordinary image rows, and a window there
-// is k pointers into memory; only near silhouettes must windows be explored link by link (core/window.hpp). A plan says which is
-// which. It depends on the graph and the kernel's size alone, and all layers of a level share it.
+// Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
+// where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
+// plan depends on the graph and the kernel's size alone; all layers of a level share it.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,10 +17,10 @@
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
-/// irregular; in a plan that restrict_to() made, some are neither and stay uncomputed.
+/// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
 struct convolution_plan {
-    /// Outputs first, first + 1, ... whose windows are ordinary: with row r of segment s, `rows[s * kernel_size + r]`, row r of
-    /// the window of output first + i is the kernel_size pixels round the pixel `row + stride * i`.
+    /// Outputs first, first + 1, ... with ordinary windows. With `row = rows[s * kernel_size + r]` of segment s, row r of the
+    /// window of output first + i is the kernel_size pixels centered at pixel `row + stride * i`.
     struct segment {
         std::int32_t first, count;
     };
@@ -33,7 +33,7 @@ struct convolution_plan {
     buffer<std::int32_t> irregular;  ///< outputs, ascending
     buffer<std::int32_t> windows;    ///< irregular x kernel_size x kernel_size: pixels, or no_pixel
 
-    /// kernel_size as a size, to count and subscript with.
+    /// kernel_size as std::size_t.
     std::size_t k() const { return static_cast<std::size_t>(kernel_size); }
     /// Elements of a window.
     std::size_t elements() const { return k() * k(); }
@@ -44,7 +44,7 @@ struct convolution_plan {
         return std::span(windows).subspan(i * elements(), elements());
     }
 
-    /// Memory held.
+    /// Allocated memory.
     std::size_t bytes() const {
         return segments.capacity() * sizeof(segment) +
                (rows.capacity() + irregular.capacity() + windows.capacity()) * sizeof(std::int32_t);
@@ -53,7 +53,7 @@ struct convolution_plan {
 
 namespace detail {
 
-/// Segments of fewer outputs are not worth a call of their own: gathered, they share tiles with others.
+/// Minimum outputs of a segment. Shorter ones are gathered, to share tiles with others.
 inline constexpr std::int32_t shortest_segment = 4;
 
 inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std::span<const std::int32_t> rows,
@@ -89,7 +89,7 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
         if (g.y[first] % 2 != 0) return true;
         const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
-        // The kept pixels of a run follow each other in the coarse graph.
+        // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
         return true;
     });
@@ -102,12 +102,12 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
 
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
-/// Any order of pixels is right; the canonical one (core/canonical_order.hpp) is fast.
+/// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
-/// With stride 2: outputs are the pixels that `coarse`, which is coarsen(g), keeps.
+/// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
 inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
@@ -151,7 +151,7 @@ inline convolution_plan restrict_to(const convolution_plan& plan, std::span<cons
     return result;
 }
 
-/// Sets the marks of the pixels that lie in some window of the plan: what must be known to compute its outputs.
+/// Marks all pixels in windows of the plan: the inputs of its outputs.
 ///
 /// marks  input_count
 inline void mark_needed_inputs(const convolution_plan& plan, std::span<std::uint8_t> marks) {

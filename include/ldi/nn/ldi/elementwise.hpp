@@ -1,4 +1,4 @@
-// What networks do with each pixel of a layered image by itself: addition, concatenation, activations.
+// Elementwise operators on feature maps: addition, concatenation, activations.
 #pragma once
 
 #include <ldi/base/config.hpp>
@@ -30,9 +30,9 @@ feature_map for_each_value(feature_map values, Executor& threads, Function funct
 
 }  // namespace detail
 
-/// a + b. Pass `std::move(a)` where it is not needed any more: then nothing is allocated.
+/// a + b. Pass `std::move(a)` to reuse its memory.
 ///
-/// b  of as many pixels and channels; it may be upsampled. Where it has nothing, zero is added
+/// b  of as many pixels and channels; it may be upsampled. Its missing pixels count as zero
 template <executor Executor = const serial_executor>
 feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
@@ -49,9 +49,9 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// The channels of the first map, then those of the next. Of a single upsampled map it is that map, written out.
+/// Concatenates the channels of the maps. A single upsampled map is written out.
 ///
-/// maps  at least one, all of as many pixels. A convolution takes several maps as they are, which is faster
+/// maps  at least one, all with the same number of pixels. A convolution reads several maps directly, which is faster
 template <executor Executor = const serial_executor>
 feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
     LDI_ASSERT(maps.size() > 0);
@@ -72,11 +72,11 @@ feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& thr
     return result;
 }
 
-/// relu, leaky_relu(slope): what a convolution_layer does by itself, for where an addition comes between.
+/// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
 template <executor Executor = const serial_executor>
 feature_map activate(feature_map x, activation by, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [by](float v) {
-        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also of -infinity
+        return v > 0.0F ? v : by.negative_slope == 0.0F ? 0.0F : by.negative_slope * v;  // also for -infinity
     });
 }
 

@@ -1,5 +1,5 @@
-// Feature maps: what a layer of a network holds for each pixel of a layered image, and how the next layer reads it (paper,
-// section "Mapping the PConv Network to LDI").
+// Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
+// LDI").
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,21 +15,21 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Somebody else's feature map, possibly through a map of pixels: nearest upsampling without writing it out.
+/// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
 /// Value  float or std::uint8_t, as the weights' kernel reads it
 template <class Value>
 struct basic_feature_view {
     std::span<const Value> values;  ///< rows x channels
     std::size_t channels = 0;
-    std::span<const std::int32_t> rows;  ///< for each pixel of the graph its row, or no_pixel: zeros; empty: its own
-    std::span<const std::uint8_t> mask;  ///< for each row 1 or 0; empty: all 1
-    Value zero = {};                     ///< what stands for zero: of bytes their zero point
+    std::span<const std::int32_t> rows;  ///< row per pixel of the graph; no_pixel reads as zeros; empty: pixel i has row i
+    std::span<const std::uint8_t> mask;  ///< 1 or 0 per row; empty: all 1
+    Value zero = {};                     ///< the value that represents zero: the zero point of bytes
 
     /// Pixels of the graph.
     std::size_t pixels() const { return rows.empty() && channels > 0 ? values.size() / channels : rows.size(); }
 
-    /// The row of a pixel that counts, or no_pixel.
+    /// The row of a pixel, or no_pixel if it is missing or masked.
     std::int32_t row_of(std::int32_t pixel) const {
         if (pixel == no_pixel) return no_pixel;
         const std::int32_t row = rows.empty() ? pixel : rows[static_cast<std::size_t>(pixel)];
@@ -48,10 +48,10 @@ template <class Value>
 struct basic_feature_map {
     std::size_t channels = 0;
     buffer<Value> values;
-    Value zero = {};  ///< what stands for zero: of bytes their zero point
+    Value zero = {};  ///< the value that represents zero: the zero point of bytes
 
     basic_feature_map() = default;
-    /// Values are not set.
+    /// Leaves the values uninitialized.
     basic_feature_map(std::size_t pixel_count, std::size_t channel_count, Value stands_for_zero = {})
         : channels(channel_count), values(pixel_count * channel_count, unset), zero(stands_for_zero) {}
 
@@ -67,7 +67,7 @@ struct basic_feature_map {
         return std::span<const Value>(values).subspan(first(pixel), channels);
     }
 
-    /// The map must live, and keep its size, as long as the view.
+    /// The map must outlive the view and keep its size.
     operator basic_feature_view<Value>() const { return {values, channels, {}, {}, zero}; }
 
 private:
@@ -79,10 +79,10 @@ private:
 
 using feature_map = basic_feature_map<float>;
 
-/// A coarse map as the finer graph's pixels see it: each has the channels of its parent, or zeros where it has none. Nothing is
-/// written; the map and the parents must live as long as the view.
+/// View of a coarse map on the finer graph: each pixel has the channels of its parent, or zeros without one. Copies nothing; the
+/// map and the parents must outlive the view.
 ///
-/// parent  coarsened::parent, one a pixel of the finer graph
+/// parent  coarsened::parent, one per pixel of the finer graph
 template <class Value>
 basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::span<const std::int32_t> parent) {
     return {coarse.values, coarse.channels, parent, {}, coarse.zero};
@@ -90,7 +90,7 @@ basic_feature_view<Value> upsample(const basic_feature_map<Value>& coarse, std::
 
 namespace detail {
 
-/// Rows are short: a call of memmove() for each costs more than it copies.
+/// A loop, because rows are short and calls of memmove() cost more than the copies.
 template <class Value>
 void copy_row(const Value* from, std::size_t count, Value* to) {
     constexpr std::size_t step = 4;
@@ -99,7 +99,7 @@ void copy_row(const Value* from, std::size_t count, Value* to) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-/// Copies what a pixel holds, and returns how many of its channels count.
+/// Copies a pixel's channels, and returns the number of unmasked ones.
 template <class Value>
 std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::int32_t pixel, Value* to) {
     std::size_t counted = 0;

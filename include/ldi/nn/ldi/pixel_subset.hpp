@@ -1,5 +1,4 @@
-// Some pixels of a graph, numbered from 0: where a network needs values at some pixels only, it keeps rows for these and no
-// others.
+// Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -15,14 +14,14 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Which pixels, and for each pixel of the graph its number among them.
+/// The pixels, and the row of each pixel of the graph among them.
 struct pixel_subset {
     buffer<std::int32_t> pixels;  ///< ascending
-    buffer<std::int32_t> row_of;  ///< one for each pixel of the graph: its place in `pixels`, or no_pixel
+    buffer<std::int32_t> row_of;  ///< per pixel of the graph: its index in `pixels`, or no_pixel
 
     std::size_t size() const { return pixels.size(); }
 
-    /// Pixels whose place in `marks` is not 0.
+    /// The pixels whose mark is not 0.
     static pixel_subset marked(std::span<const std::uint8_t> marks) {
         pixel_subset subset;
         subset.row_of.resize(marks.size());
@@ -37,7 +36,7 @@ struct pixel_subset {
     }
 };
 
-/// The plan for tensors that hold rows of subsets only: the same windows, in the subsets' numbering.
+/// Renumbers a plan for tensors that hold rows of subsets only.
 ///
 /// outputs, inputs  hold all outputs of the plan, and all pixels of their windows
 inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& outputs, const pixel_subset& inputs) {
@@ -47,7 +46,7 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
         pixel = subset.row_of[pixel];
         LDI_ASSERT(pixel != no_pixel);
     };
-    // Pixels of a segment and of its rows follow each other in the subsets as they do in the graph: all of them are there.
+    // Pixels of a segment and of its rows are consecutive in the subsets, too, because the subsets hold all of them.
     for (convolution_plan::segment& s : plan.segments) renumber(s.first, outputs);
     for (std::int32_t& pixel : plan.rows) renumber(pixel, inputs);
     for (std::int32_t& output : plan.irregular) renumber(output, outputs);

@@ -1,6 +1,5 @@
-// Pooling: a feature map on the coarser graph, from the pixels that collapse to each of its pixels. On an image these are its
-// 2 x 2 pixels; at a silhouette those that links inside the 2 x 2 group lead to (core/coarsening.hpp), so that no surface mixes
-// with another.
+// Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels; at a
+// silhouette, only those connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do not mix.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -20,7 +19,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// The fine pixels that collapse to each coarse one: of coarse pixel i those from first[i] to first[i + 1], ascending.
+/// The fine pixels that collapse to each coarse one: coarse pixel i has those from first[i] to first[i + 1], ascending.
 struct collapsed_pixels {
     buffer<std::size_t> first;
     buffer<std::int32_t> pixels;
@@ -36,8 +35,8 @@ struct collapsed_pixels {
     }
 };
 
-/// combine  of the values of two pixels
-/// finish   takes the combined values of a coarse pixel, and of how many pixels they are
+/// combine  combines the values of two pixels
+/// finish   maps a coarse pixel's combined value and number of fine pixels to the result
 template <executor Executor, class Combine, class Finish>
 feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads, Combine combine, Finish finish) {
     LDI_ASSERT(fine.pixels() == by.parent.size());
@@ -62,9 +61,9 @@ feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads
 
 }  // namespace detail
 
-/// The average over the fine pixels whose parent a coarse pixel is.
+/// Average over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph whose pixels `fine` has
+/// by  coarsen() of the graph of `fine`
 template <executor Executor = const serial_executor>
 feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool(
@@ -74,9 +73,9 @@ feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&
         });
 }
 
-/// The largest value of each channel over the fine pixels whose parent a coarse pixel is.
+/// Maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph whose pixels `fine` has
+/// by  coarsen() of the graph of `fine`
 template <executor Executor = const serial_executor>
 feature_map max_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
     return detail::pool(

@@ -1,5 +1,5 @@
-// What a weight file holds: named tensors, and text about them. formats/safetensors.hpp reads it from a file; a network takes
-// from it what it needs, and every tensor's type and shape are checked when it is taken.
+// The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file. Networks look tensors up by
+// name, and each lookup checks type and shape.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -16,7 +16,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Row-major values. Half-precision numbers of a file are here as float.
+/// Row-major values. Half-precision numbers of a file become float.
 struct tensor {
     buffer<std::size_t> shape;  ///< empty for a single value
     std::variant<buffer<float>, buffer<std::int32_t>, buffer<std::int8_t>, buffer<std::uint8_t>> values;
@@ -26,7 +26,7 @@ struct tensor {
 struct named_tensors {
     std::map<std::string, tensor, std::less<>> tensors;
     std::map<std::string, std::string, std::less<>> metadata;
-    std::string where;  ///< they come from, for messages: the path of a file
+    std::string where;  ///< the file's path, for messages
 };
 
 /// "20 x 4 x 7 x 7", or "a single value".
@@ -46,7 +46,7 @@ constexpr std::string_view scalar_name() {
     if constexpr (std::is_same_v<Scalar, std::uint8_t>) return "uint8";
 }
 
-/// A tensor as messages name it.
+/// The name of a tensor in messages.
 inline std::string tensor_place(const named_tensors& from, std::string_view name) {
     return place_in(from.where, "tensor " + printable(name));
 }

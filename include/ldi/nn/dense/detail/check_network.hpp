@@ -1,5 +1,5 @@
-// Everything that quantized_network asks of a description. Descriptions come from files, so each number is checked before it is
-// used, and an error names the tensor.
+// Checks a network description for quantized_network. Descriptions come from files, so every number is checked before use, and
+// errors name the tensor.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -17,12 +17,12 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 
 inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
 
-/// The factor from an accumulator's unit to the output's. The order of the operations decides the last bit.
+/// Factor from an accumulator's unit to the output's. The order of operations decides the last bit.
 inline float requantization_scale(quantization input, quantization weights, quantization output) {
     return input.scale * weights.scale / output.scale;
 }
 
-/// What the checks keep of each tensor that has passed.
+/// Facts about a tensor that has passed the checks.
 struct checked_tensor {
     quantization values;
     std::size_t channels;
@@ -39,7 +39,8 @@ inline const checked_tensor& checked_input(const std::string& name, const buffer
     return tensors[input];
 }
 
-/// Every output's sums stay inside 32 bits, in any order of summation and with the input's zero point folded into the bias.
+/// Raises an error unless every output's sums fit 32 bits, in any order of summation, with the input's zero point folded into
+/// the bias.
 inline void check_accumulators(const std::string& name, const convolution_description& c) {
     const std::size_t inputs = c.weights.size() / c.bias.size();
     for (std::size_t o = 0; o < c.bias.size(); ++o) {

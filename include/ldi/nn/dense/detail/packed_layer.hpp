@@ -1,4 +1,4 @@
-// The layers of a quantized_network as its kernels take them.
+// The layers of a quantized_network, packed for the kernels.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -47,13 +47,13 @@ struct resize_layer {
 
 struct packed_layer {
     std::string name;
-    quantization values;         ///< of the tensor it makes
-    std::size_t channels = 0;    ///< of the tensor it makes
+    quantization values;         ///< of the layer's result
+    std::size_t channels = 0;    ///< of the layer's result
     buffer<std::size_t> inputs;  ///< tensors; two for an addition
     std::variant<resize_layer, dense_layer, depthwise_layer, addition_layer> kind;
 };
 
-/// `description` has passed check_network(). `inputs` are what op.inputs stand for.
+/// `description` has passed check_network(). `inputs` are the tensors that op.inputs number.
 inline packed_layer pack_layer(isa target, const operator_description& op, const buffer<quantization>& values,
                                const buffer<std::size_t>& channels) {
     packed_layer packed{op.name, op.output, 0, {}, resize_layer{1}};

@@ -1,6 +1,6 @@
-// Runs layers that follow on each other as one: a strip of rows of the last layer's result at a time. Between the layers only the
-// rows that the next one still needs are kept, in rings that stay in the processor's caches, so that the six- to fifteenfold
-// wider tensors inside the network's blocks never reach memory.
+// Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
+// keep only the rows that the next layer still needs. They stay in the processor's caches, so the tensors inside the network's
+// blocks, 6 to 15 times as wide, never reach memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -27,13 +27,13 @@ struct row_range {
 /// One layer of a chain and the shapes around it.
 struct chain_stage {
     const packed_layer* layer = nullptr;
-    tensor_size input, output;  ///< as stored: without the enlargement by `repeat`
+    tensor_size input, output;  ///< as stored, before the enlargement by `repeat`
     std::size_t input_channels = 0;
-    std::size_t repeat = 1;        ///< depthwise only: the input counts as enlarged by this
-    std::size_t other = 0;         ///< addition only: the tensor that the chain does not bring
+    std::size_t repeat = 1;        ///< depthwise only: enlargement of the input
+    std::size_t other = 0;         ///< addition only: the tensor from outside the chain
     bool chain_is_second = false;  ///< addition only
     std::size_t rows = 0;          ///< computed at a time
-    std::size_t ring_rows = 0;     ///< of its result that are kept; 0 for the last stage
+    std::size_t ring_rows = 0;     ///< rows of its result in the ring; 0 for the last stage
 
     std::size_t output_row_bytes() const { return output.width * layer->channels; }
     std::size_t input_row_bytes() const { return input.width * input_channels; }
@@ -47,19 +47,19 @@ struct chain_stage {
         const auto* d = std::get_if<depthwise_layer>(&layer->kind);
         return d == nullptr ? 1 : d->weights.stride;
     }
-    /// Rows of the input that stand for one, vertically: what resizing does, alone or in front of a depthwise convolution.
+    /// Vertical enlargement by a resize, alone or fused with a depthwise convolution.
     std::size_t enlargement() const {
         const auto* r = std::get_if<resize_layer>(&layer->kind);
         return r == nullptr ? repeat : r->factor;
     }
 
-    /// The rows of the input that these rows of the result are made from.
+    /// The rows of the input that these rows of the result depend on.
     row_range needs(row_range result) const {
         const std::size_t margin = kernel() / 2, height = input.height * enlargement();
         const std::size_t first = result.first * stride(), last = (result.end - 1) * stride() + margin;
         return {(first > margin ? first - margin : 0) / enlargement(), (std::min)(last, height - 1) / enlargement() + 1};
     }
-    /// The most rows that needs() asks for `count` rows of the result.
+    /// Maximum number of rows that needs() returns for `count` rows of the result.
     std::size_t most_needed(std::size_t count) const {
         return (std::min)(input.height, ((count - 1) * stride() + kernel() + enlargement() - 2) / enlargement() + 1);
     }
@@ -72,12 +72,12 @@ struct chain_stage {
     }
     std::size_t ring_bytes() const { return ring_rows == 0 ? 0 : ring_rows * output_row_bytes() + slack; }
 
-    static constexpr std::size_t slack = 64;  ///< readable bytes behind the last value, as kernels ask for
+    static constexpr std::size_t slack = 64;  ///< readable bytes after the last value, which kernels require
 };
 
-inline constexpr std::size_t wanted_pixels = 64;  ///< at a time: enough for packed weights to be used often once they are near
+inline constexpr std::size_t wanted_pixels = 64;  ///< pixels per step: enough to reuse packed weights while they are in the cache
 
-/// Decides how many rows each stage computes at a time, and how many are kept.
+/// Decides how many rows each stage computes per step, and how many its ring keeps.
 inline void plan_rings(buffer<chain_stage>& chain) {
     chain_stage& last = chain.back();
     last.rows = std::clamp<std::size_t>((wanted_pixels + last.output.width - 1) / last.output.width, 1, last.output.height);
@@ -96,8 +96,8 @@ inline std::size_t chain_bytes(const buffer<chain_stage>& chain) {
     return bytes;
 }
 
-/// Where the rows of a tensor are: `middle` in the tensor itself, those before and behind it in copies, because others may be
-/// overwriting them.
+/// Addresses of a tensor's rows: `middle` in the tensor itself, the rows before and after it in copies, because other strips may
+/// overwrite them.
 struct row_source {
     const std::uint8_t *rows = nullptr, *before = nullptr, *behind = nullptr;  ///< of row 0, of row middle.first, ...
     row_range middle;
@@ -108,7 +108,7 @@ struct row_source {
         if (y >= middle.end) return behind + (y + reach - middle.end) * row_bytes;
         return rows + y * row_bytes;
     }
-    /// Rows from y on that lie one behind the other.
+    /// Number of contiguous rows from y on.
     std::size_t run(std::size_t y) const {
         return (y < middle.first ? middle.first : y < middle.end ? middle.end : ~std::size_t{0}) - y;
     }
@@ -143,11 +143,11 @@ public:
 private:
     struct stage_state {
         std::uint8_t *ring = nullptr, *padded = nullptr;
-        std::size_t made = 0;         // rows before this one have been computed
+        std::size_t made = 0;         // rows before this one are computed
         std::size_t next_padded = 0;  // rows of the input before this one have been copied
     };
 
-    /// Computes the rows of a stage that come before `end`.
+    /// Computes the rows of a stage before `end`.
     void make(std::size_t s, std::size_t end) {
         const chain_stage& stage = chain_[s];
         while (state_[s].made < end) {
@@ -163,7 +163,7 @@ private:
         const std::size_t bytes = chain_[s].output_row_bytes();
         return s + 1 == chain_.size() ? result_ + y * bytes : state_[s].ring + y % chain_[s].ring_rows * bytes;
     }
-    /// Rows from y on that lie one behind the other, in a stage's result.
+    /// Number of contiguous rows from y on in a stage's result.
     std::size_t run_of_output(std::size_t s, std::size_t y) const {
         return s + 1 == chain_.size() ? ~std::size_t{0} : chain_[s].ring_rows - y % chain_[s].ring_rows;
     }

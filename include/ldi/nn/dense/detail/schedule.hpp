@@ -1,4 +1,4 @@
-// In which chains the layers of a network run, and where in one block of memory their tensors lie.
+// Groups the layers of a network into chains, and places their tensors in one block of memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,7 @@ struct schedule_step {
     std::size_t output() const { return layers.back() + 1; }
 };
 
-/// How often each tensor is read; the network's result counts as read once more.
+/// Number of readers of each tensor; the network's result has one more.
 inline buffer<std::size_t> count_readers(const buffer<packed_layer>& layers, std::size_t output) {
     buffer<std::size_t> readers(layers.size() + 1);
     for (const packed_layer& layer : layers)
@@ -35,8 +35,8 @@ inline const dense_layer* pointwise(const packed_layer& layer) {
     return d != nullptr && d->is_pointwise() ? d : nullptr;
 }
 
-/// A dense convolution with few inputs and only 1 x 1 convolutions behind it costs less to compute for each of them than to write
-/// and to read again.
+/// Whether to recompute a layer for each of its readers: a dense convolution with few inputs, read by 1 x 1 convolutions only,
+/// costs less to recompute than to store and load.
 inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer, std::size_t output) {
     constexpr std::size_t few = 64;
     const auto* d = std::get_if<dense_layer>(&layers[layer].kind);
@@ -51,7 +51,7 @@ inline bool is_cheap_head(const buffer<packed_layer>& layers, std::size_t layer,
     return readers > 0;
 }
 
-/// Whether `next` may continue a chain that `layer` ends: the parts of an inverted residual block (1 x 1 convolution,
+/// Whether `next` may extend a chain that ends with `layer`: both belong to an inverted residual block (1 x 1 convolution,
 /// enlargement, depthwise convolution, 1 x 1 convolution, additions).
 inline bool continues(const packed_layer& layer, const packed_layer& next) {
     const bool is_resize = std::holds_alternative<resize_layer>(layer.kind);
@@ -61,14 +61,14 @@ inline bool continues(const packed_layer& layer, const packed_layer& next) {
     return pointwise(next) != nullptr && std::holds_alternative<depthwise_layer>(layer.kind);
 }
 
-/// One layer a step.
+/// One layer per step.
 inline buffer<schedule_step> layer_by_layer(const buffer<packed_layer>& layers) {
     buffer<schedule_step> steps;
     for (std::size_t i = 0; i < layers.size(); ++i) steps.push_back({layers[i].inputs[0], {i}});
     return steps;
 }
 
-/// As few tensors as possible leave a chain.
+/// Steps such that as few tensors as possible leave their chain.
 inline buffer<schedule_step> fuse(const buffer<packed_layer>& layers, std::size_t output) {
     const buffer<std::size_t> readers = count_readers(layers, output);
     buffer<schedule_step> steps;
@@ -113,7 +113,7 @@ inline buffer<std::size_t> tensors_read(const buffer<packed_layer>& layers, cons
 struct planned_step {
     buffer<chain_stage> chain;
     std::size_t input = 0, output = 0;
-    bool overwrites_input = false;  ///< the result lies where the input lies
+    bool overwrites_input = false;  ///< the result replaces the input in memory
     std::size_t reach = 0;          ///< rows of the input above and below that a row of the result depends on, if it overwrites
 };
 
@@ -134,7 +134,7 @@ inline buffer<chain_stage> plan_chain(const buffer<packed_layer>& layers, const 
         const packed_layer& layer = layers[l];
         const std::size_t brought = i == 0 ? step.input : step.layers[i - 1] + 1;
         const auto* resize = std::get_if<resize_layer>(&layer.kind);
-        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution behind it does it
+        if (resize != nullptr && i + 1 < step.layers.size()) {  // the depthwise convolution after it resizes
             repeat = resize->factor;
             continue;
         }
@@ -166,18 +166,18 @@ inline bool can_overwrite(const planned_step& step, std::size_t tensor) {
     const chain_stage& last = step.chain.back();
     if (!std::holds_alternative<addition_layer>(last.layer->kind) || last.other != tensor) return false;
     if (tensor != step.input || step.chain.size() == 1) return true;
-    // Rows of the input are overwritten soon after they were read: each may be read only once, apart from the addition.
+    // The chain overwrites rows of the input soon after it reads them, so each may be read only once, apart from the addition.
     for (const chain_stage& stage : step.chain)
         if (stage.stride() != 1 || stage.repeat != 1) return false;
     return std::holds_alternative<dense_layer>(step.chain.front().layer->kind);
 }
 
-/// A piece of memory that one tensor after the other lies in.
+/// A piece of memory for one tensor after another.
 struct tensor_block {
     std::size_t bytes = 0, first_step = 0, last_step = 0, offset = 0;
 };
 
-/// Large blocks first, each at the lowest place that is free as long as it lives. Returns the end of the highest.
+/// Places large blocks first, each at the lowest offset that is free during its lifetime. Returns the end of the highest block.
 inline std::size_t place(buffer<tensor_block>& blocks) {
     buffer<tensor_block*> order, placed;
     for (tensor_block& block : blocks)

@@ -1,5 +1,5 @@
-// One block of a convolution's outputs: regular segments straight from memory where they can be, everything else from windows put
-// together in a small buffer; both by the same kernel, which adds in the same order.
+// Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
+// in a small buffer. Both use the same kernel and order of summation.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -21,7 +21,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-/// A kernel's weights know which kernel that is.
+/// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
                      const float* ratios, float* result) {
     conv_f32(weights, rows, pixel_stride, pixels, ratios, result);
@@ -32,7 +32,7 @@ void multiply(const conv_u8_weights& weights, const std::uint8_t* const* rows, s
     conv_u8(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-/// What stands for zero among the results of such weights.
+/// The value that represents zero in results of these weights.
 template <class Result, class Weights>
 Result zero_of_results(const Weights& weights) {
     if constexpr (std::is_same_v<Result, std::uint8_t>)
@@ -41,7 +41,7 @@ Result zero_of_results(const Weights& weights) {
         return Result{};
 }
 
-/// What stays the same for all blocks of a convolution.
+/// The arguments that all blocks of a convolution share.
 template <class Weights, class Result>
 struct convolution_job {
     using value_type = typename Weights::value_type;
@@ -74,7 +74,7 @@ public:
         counts_.resize(stretch_pixels);
     }
 
-    /// Computes those of the outputs [first, last) that are in the plan.
+    /// Computes the plan's outputs in [first, last).
     void run(std::int32_t first, std::int32_t last) {
         const convolution_plan& plan = job_.plan;
         const auto ends_before = [&](const convolution_plan::segment& c) { return c.first + c.count <= first; };
@@ -99,7 +99,7 @@ private:
 
     static constexpr std::size_t largest_buffer = 8192, largest_batch = 96;  // values, about; outputs
 
-    /// The next multiple of the kernels' tiles.
+    /// Rounds up to a multiple of the kernels' tiles.
     static std::size_t whole_tiles(std::size_t outputs) {
         constexpr std::size_t tile = 24;
         return std::max<std::size_t>((outputs + tile - 1) / tile, 1) * tile;
@@ -116,7 +116,7 @@ private:
 
     using row_pixels = std::array<std::int32_t, largest_kernel_size>;
 
-    /// Whether all of these pixels' channels count, of a single source without a map: then memory has the rows already.
+    /// Whether the kernel can read these pixels in place: a single source without a map, with all pixels present.
     bool is_whole(const row_pixels& rows, std::size_t first, std::size_t pixels) const {
         const auto& source = job_.sources[0];
         if (job_.sources.size() != 1 || !source.rows.empty()) return false;
@@ -188,7 +188,7 @@ private:
         return counted == 0 ? 0.0F : nearest_float(job_.plan.elements() * job_.channels) / nearest_float(counted);
     }
 
-    /// Where the whole window is masked, not even the bias is left.
+    /// Sets results to zero if the whole window is masked: not even the bias applies.
     void finish(std::size_t output, float ratio) const {
         if (!job_.is_partial) return;
         if (ratio == 0.0F) std::fill_n(result_of(output), job_.weights.outputs, zero_of_results<result_type>(job_.weights));
@@ -196,11 +196,11 @@ private:
     }
 
     const Job& job_;
-    std::size_t batch_ = 0, stretch_ = 0;  // outputs that are computed together: gathered; of a segment, copied
+    std::size_t batch_ = 0, stretch_ = 0;  // outputs per call: gathered; copied from a segment
     buffer<value_type> values_;
     buffer<result_type> results_;
     buffer<float> ratios_;
-    buffer<std::size_t> counts_;  // channels that count in a column of a segment's rows
+    buffer<std::size_t> counts_;  // unmasked channels per column of a segment's rows
 };
 
 template <class Weights, class Result, executor Executor>
@@ -219,7 +219,7 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
     LDI_ASSERT(result_mask.empty() || result_mask.size() == plan.output_count);
     const convolution_job<Weights, Result> job{plan, weights, sources, is_partial, result, result_mask, channels};
 
-    // A block's gathered outputs follow its segments before their inputs have left the cache.
+    // Gathered outputs follow the segments of their block while the inputs are still in the cache.
     constexpr std::size_t block = 4096;
     parallel_for(threads, (plan.output_count + block - 1) / block, 1, [&](std::size_t first, std::size_t last) {
         convolution_block thread(job);

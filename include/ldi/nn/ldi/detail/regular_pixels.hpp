@@ -1,4 +1,4 @@
-// Which pixels of a graph have a k x k window as an image has it: k stretches of k pixels side by side in memory.
+// Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -12,11 +12,10 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-/// One bit for each pixel. Bits outside are zero. (Shifts and masks stand for / 64 and % 64, which cost more where numbers are
-/// signed.)
+/// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
 public:
-    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // a word in front and two behind stay zero
+    explicit pixel_bits(std::size_t count) : words_(count / 64 + 3, 0) {}  // one word before and two after stay zero
 
     std::int32_t word_count() const { return words_.count() - 2; }
     std::uint64_t& word(std::int32_t index) { return words_[index + 1]; }
@@ -31,7 +30,7 @@ public:
         return shift == 0 ? low : low | words_[(at >> 6) + 1] << (64 - shift);
     }
 
-    /// Sets those of the bits [first, first + count) that are set at [source_first, ...) of `source`, which has other bits.
+    /// Sets the bits of [first, first + count) that are set at [source_first, ...) of `source`, another object.
     void copy(std::int32_t first, std::int32_t count, const pixel_bits& source, std::int32_t source_first) {
         for (const std::int32_t last = first + count; first < last;) {
             const std::int32_t here = (std::min)(64 - (first & 63), last - first);
@@ -65,9 +64,10 @@ struct pixel_strip {
     std::int32_t first, count, target;
 };
 
-/// The first from `i` on, i > 0, that is not one more than the value before it.
+/// The first index from `i` on, i > 0, whose value is not one more than the value before it.
 inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_t i) {
-    constexpr std::size_t block = 16;  // compared at once: strips are as long as an image's rows, and these loops read every link
+    // Values compared together: strips are as long as image rows, and these loops read every link.
+    constexpr std::size_t block = 16;
     for (; i + block <= links.size(); i += block) {
         std::int32_t different = 0;
         for (std::size_t n = i; n < i + block; ++n) different |= links[n] ^ (links[n - 1] + 1);
@@ -77,7 +77,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
     return static_cast<std::int32_t>(i);
 }
 
-/// All pixels that have a neighbor in a column of links, in as few strips as can be.
+/// All pixels with a neighbor in a column of links, in as few strips as possible.
 inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
@@ -112,15 +112,15 @@ struct link_strips {
 /// farthest up or down (it has no more sides but those of its own row, which come next). That is the claimed order in round d
 /// + 1.
 ///
-/// Links beside spine and ribs play no part, so a fold or a silhouette there changes nothing. Some other windows are their rows
-/// in memory too, where exploration goes round a gap in the spine or in a rib; they are few, and are gathered like all the rest.
+/// Links beside spine and ribs do not matter, so a fold or a silhouette there changes nothing. A few other windows are
+/// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
 class regular_pixels {
 public:
     regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
     regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
-        pixel_bits has_right(g.size());  // the right neighbor lies next in memory
+        pixel_bits has_right(g.size());  // the right neighbor is next in memory
         for (const pixel_strip& strip : strips.right)
             if (strip.target == strip.first + 1) has_right.set(strip.first, strip.count, true);
         goes_on_ = has_right;
@@ -134,8 +134,8 @@ public:
 
     bool contains(std::int32_t pixel) const { return regular_[pixel]; }
 
-    /// Calls `visit(first, count, rows)` for each stretch of regular pixels whose windows lie side by side too; rows are the
-    /// kernel_size pixels of the first one's spine. Where the answer is false, the pixels count as regular no longer.
+    /// Calls `visit(first, count, rows)` for each run of regular pixels whose windows are adjacent, too; `rows` are the
+    /// kernel_size pixels of the first one's spine. Pixels for which `visit` returns false become irregular.
     template <class Visit>
     void for_each_segment(Visit&& visit) {
         buffer<std::int32_t> firsts, lasts, rows(static_cast<std::size_t>(2 * radius_ + 1));
