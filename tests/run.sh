@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The test suite, in 12 minutes of two cores: programs, lessons, headers and packages as g++ builds them, the unit tests with the
-# address and undefined behavior sanitizers, then Khronos' glTF validator on the sample's 3D photo. Installs what is missing. Ends with
+# The test suite, in 12 minutes of two cores: the program, headers and packages as g++ builds them, the unit tests with the address
+# and undefined behavior sanitizers, then Khronos' glTF validator on the sample's 3D photo. Installs what is missing. Ends with
 # "N passed, N failed".
 #
 #   tests/run.sh [--all] [CMAKE_OPTION...]
 #
-# --all adds what takes longer: tests labeled slow, the unit tests as g++ builds them without sanitizers, and as clang builds them with
+# --all adds what takes longer: the lessons of examples/learn, tests labeled slow, the unit tests as g++ builds them without sanitizers, and as clang builds them with
 # the single header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -30,7 +30,7 @@ if [ "$all" = 1 ]; then
     # single_include/same_program. Nobody steps through this with a debugger: without its tables it takes a quarter less time to build.
     exclude_labels="slow|build" build_and_test dev-clang "${common[@]}" -DLDI_TEST_SINGLE_INCLUDE=ON -DCMAKE_CXX_FLAGS_DEBUG=-O1
 else
-    build_targets="photo3d lessons ldi_test_networks" exclude_labels="unit|slow" build_and_test dev "${common[@]}"
+    build_targets="photo3d ldi_test_networks_tiefenrausch" exclude_labels="unit|slow|learn" build_and_test dev "${common[@]}"
 fi
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them
 # and the program, whose parts are all tested here. g++ warns of what it sees in this code before; instrumented, it may see more than
