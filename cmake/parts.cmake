@@ -1,8 +1,8 @@
-# Parts of the project that lack a package are left out, with one line each that names the package.
+# Leaves out parts of the project that lack a package, with one line each that names the package.
 #
-#   ldi_leave_out(PART PACKAGE...)      says that PART is left out for want of these packages
-#   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that a find_package() before has defined, and Debian's package
-#                                       for it. Sets RESULT to true if all the targets are there, else leaves PART out.
+#   ldi_leave_out(PART PACKAGE...)      prints that PART is left out because these packages are missing
+#   ldi_has(RESULT PART NEED...)        NEED is TARGET=PACKAGE: a target that an earlier find_package() may have defined, and its package
+#                                       in Debian. Sets RESULT to true if all targets exist, else leaves PART out.
 
 set(LDI_REQUIRED "" CACHE STRING "Regular expression: parts that must not be left out; . for all of them")
 

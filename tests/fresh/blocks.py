@@ -5,14 +5,14 @@
     blocks.py script PAGE LINE       a block as a script for bash, with what it needs first
     blocks.py pages                  the pages that have such blocks, cheap ones first, each after the page whose machine it goes on with
 
-What only tests/fresh/run.sh reads stands in comments, which no reader sees. Above a block:
+Comments, which no reader sees, tell tests/fresh/run.sh how to run a block. Above the block:
 
     <!-- fresh: skip REASON -->      not run: it needs what a machine does not have, or takes hours
     <!-- fresh: late -->             run after all blocks of all pages that are not late
     <!-- fresh: in FOLDER -->        run there, not in the top folder
     <!-- fresh: first COMMANDS -->   run before it: gets what stands for the reader's own, photo.jpg and such
 
-and in a page's head:
+In the first lines of a page:
 
     <!-- fresh: after PAGE -->       the page is read on the machine on which PAGE was; other pages start on a new one
 

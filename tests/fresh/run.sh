@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Does what the README and the other pages say, on a machine that has nothing: makes a minimal Debian, and runs there every command
-# block of every page, as it stands, on a copy of what is committed. Takes an hour or more; not part of tests/run.sh. Prints a line for
-# each block and ends with "N passed, N failed". Needs root, for chroot.
+# Follows the README and the other pages on a machine that has nothing: makes a minimal Debian, and runs every command block of every
+# page there, unchanged, on a copy of the committed files. Takes an hour or more; not part of tests/run.sh. Prints a line for each block
+# and ends with "N passed, N failed". Needs root, for chroot.
 #
 #   tests/fresh/run.sh                       all pages
 #   tests/fresh/run.sh --only PAGE           one page, and those on whose machine it goes on; repeatable
-#   tests/fresh/run.sh --now                 without the blocks that are late: test suites and measurements
-#   tests/fresh/run.sh --resume              leaves out what passed in the last run, on the machines that it left behind
-#   tests/fresh/run.sh --ccache FOLDER       compiles through a cache; for us, who run this often
+#   tests/fresh/run.sh --now                 without the blocks marked late: test suites and measurements
+#   tests/fresh/run.sh --resume              skips blocks that passed in the last run, and keeps its machines
+#   tests/fresh/run.sh --ccache FOLDER       compiles through a compiler cache
 #
 # Machines, and what each block printed, lie in build/fresh. tests/fresh/blocks.py says how pages mark their blocks.
 set -euo pipefail
@@ -45,20 +45,20 @@ rm -rf "$fresh/source"
 git clone -q --no-hardlinks --depth 1 "file://$repository" "$fresh/source"
 blocks() { python3 "$fresh/source/tests/fresh/blocks.py" "$@"; }
 
-# What a new machine has: Debian's smallest, sudo, certificates, and this machine's way to the registries.
+# The smallest Debian, with sudo and certificates.
 make_base() {
     local suite
     suite=$(. /etc/os-release && printf '%s' "$VERSION_CODENAME")
     mmdebstrap --variant=minbase --mode=root --include="ca-certificates,sudo${ccache:+,ccache}" "$suite" "$fresh/base.tar" >&2
 }
 
-# new_machine NAME: a folder with the base and the committed files, where they lie here.
+# new_machine NAME: a folder with the base, this machine's way to the package registries, and the committed files at their place here.
 new_machine() {
     local root=$fresh/machines/$1
     rm -rf "$root" && mkdir -p "$root"
     tar -x --same-owner -f "$fresh/base.tar" -C "$root"
     apt-config dump | grep '^Acquire::' >"$root/etc/apt/apt.conf.d/90this_machine" || true
-    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # what a reader answers
+    printf 'APT::Get::Assume-Yes "true";\n' >>"$root/etc/apt/apt.conf.d/90this_machine"  # as a reader answers
     echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/quick"
     cp /etc/resolv.conf "$root/etc/resolv.conf"
     cp -r /usr/local/share/ca-certificates "$root/usr/local/share/"
@@ -69,7 +69,7 @@ new_machine() {
     cp -a "$fresh/source/." "$root$repository"
 }
 
-# in_machine NAME SCRIPT: in namespaces of its own. Whatever ends it, its processes end, and what was mounted is gone with them.
+# in_machine NAME SCRIPT: runs a script there, in namespaces of its own, so that its processes and mounts end with it.
 inside=
 trap '[ -z "$inside" ] || kill -KILL "$inside" 2>/dev/null' EXIT
 trap 'exit 130' INT TERM HUP

@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 folder, compiler = Path(sys.argv[1]), sys.argv[2]
 
-# What find_package() looks for, Debian's package, and what is left out without it.
+# By the name for find_package(): Debian's package, and a part that is left out without it.
 PACKAGES = {
     "Catch2": ("catch2", "tests of the library's parts"),
     "TinyGLTF": ("libtinygltf-dev", "tests/formats"),

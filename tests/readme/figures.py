@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What the pages say of files, options, defaults, sizes and numbers is so.
+"""Compares the pages with the project: files, options, defaults, sizes and numbers that they name.
 
-    figures.py PHOTO3D      the built program; without it, what needs none
+    figures.py PHOTO3D      the built program; without it, only what can be compared without
 """
 
 import json
