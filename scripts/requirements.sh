@@ -4,8 +4,8 @@
 #   scripts/requirements.sh GROUP...      build io photo3d video viewer lessons bench tests clang ...: the packages of needs_GROUP below
 #
 #   require NEED...   each NEED is "what it is;Debian package", where what it is reads "command NAME", "header NAME" (or
-#                     "header NAME|OTHER"), "module NAME" for one of the system's Python, "shared NAME" for a shared library, or "library NAME" for one that belongs to
-#                     clang.
+#                     "header NAME|OTHER"), "module NAME" for one of the system's Python, "shared NAME" for a shared library, or
+#                     "library NAME" for one that belongs to clang.
 #                     Installs missing packages where there is apt-get, else names what is needed and ends the script.
 #   install_npm_packages FOLDER   what the folder's package-lock.json says, if that is not there yet
 

@@ -35,7 +35,8 @@ fi
 # Sanitizers have nothing to find in tests that only run the compiler, and would take minutes on the slow ones and on compiling them
 # and the program, whose parts are all tested here. g++ warns of what it sees in this code before; instrumented, it may see more than
 # there is.
-only_labels=unit build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF -DLDI_WARNINGS_AS_ERRORS=OFF
+only_labels=unit build_and_test sanitize "${common[@]}" -DLDI_BUILD_EXAMPLES=OFF -DLDI_BUILD_SLOW_TESTS=OFF -DLDI_UNITY_TESTS=ON \
+    -DLDI_WARNINGS_AS_ERRORS=OFF
 
 sample_is_valid() {
     build/dev/examples/photo3d examples/photo3d/sample.jpg --depth examples/photo3d/sample_depth.png -o build/dev/sample.glb --quiet &&
