@@ -39,7 +39,8 @@ readonly needs_training=("command python3;python3" "module torch;python3-torch" 
     "module flatbuffers;python3-flatbuffers" "shared libopenblas.so.0;libopenblas0-pthread")  # torch multiplies 30 times faster with it
 readonly needs_python=("command python3;python3" "header python3.11/Python.h|python3.12/Python.h|python3.13/Python.h;python3-dev" "header pybind11/pybind11.h;pybind11-dev"
     "module pybind11;python3-pybind11" "module numpy;python3-numpy" "module pip;python3-pip" "module venv;python3-venv"
-    "module ensurepip;python3-venv" "module setuptools;python3-setuptools" "module wheel;python3-wheel" "module pytest;python3-pytest")
+    "module ensurepip;python3-venv" "module setuptools;python3-setuptools" "module wheel;python3-wheel" "module pytest;python3-pytest"
+    "module mypy;mypy")
 readonly needs_service=("header amqp.h;librabbitmq-dev" "header curl/curl.h;libcurl4-openssl-dev"
     "header openssl/evp.h;libssl-dev"
     "header prometheus/registry.h;prometheus-cpp-dev" "header httplib.h;libcpp-httplib-dev" "command pkg-config;pkg-config"

@@ -15,7 +15,7 @@ new = layers.known == 0
 hidden[layers.y[new], layers.x[new]] = layers.color[new]
 charts = np.random.default_rng(1).integers(40, 255, (len(made.charts), 3)).astype(np.uint8)
 chart = np.zeros_like(hidden)
-chart[layers.y, layers.x] = charts[made.chart_of]
+chart[layers.y, layers.x] = charts[made.charts.chart_of]
 from_left, from_right = (made.render((x, 0, 0), target=(0, 0, -2)) for x in (-0.04, 0.04))
-for name, picture in {"disparity": (255 * made.disparity).astype(np.uint8), "hidden": hidden, "charts": chart, "atlas": made.atlas, "left": from_left, "right": from_right}.items():
+for name, picture in {"disparity": (255 * made.disparity).astype(np.uint8), "hidden": hidden, "charts": chart, "atlas": made.atlas.color, "left": from_left, "right": from_right}.items():
     ldi.write_png(os.path.join(folder, name + ".png"), picture)

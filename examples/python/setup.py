@@ -1,30 +1,70 @@
-"""Builds the extension from the headers of ../../include, and puts the networks' weights beside it."""
+"""Builds the extension from the headers of ../../include, and puts the networks' weights and the viewer beside it."""
 import os
+import re
+import shlex
 import shutil
+import subprocess
 
 from pybind11.setup_helpers import Pybind11Extension
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
 TOP = os.path.join("..", "..")
+VIEWER = os.path.join(TOP, "build", "viewer", "viewer.html")  # examples/viewer/build.sh builds it
 
 
-class build_with_weights(build_py):
+class build_with_data(build_py):
     def run(self):
         super().run()
-        folder = os.path.join(self.build_lib, "ldi", "models")
-        os.makedirs(folder, exist_ok=True)
+        folder = os.path.join(self.build_lib, "ldi")
+        os.makedirs(os.path.join(folder, "models"), exist_ok=True)
         for name in ("tiefenrausch_small.safetensors", "farbrausch.safetensors"):
-            shutil.copy(os.path.join(TOP, "examples", "models", name), folder)
+            shutil.copy(os.path.join(TOP, "examples", "models", name), os.path.join(folder, "models"))
+        if os.path.exists(VIEWER):
+            shutil.copy(VIEWER, folder)
+        else:
+            print(f"{VIEWER} is missing: Photo3D.html() will say so. examples/viewer/build.sh builds it.")
 
+
+def is_usable(header, library, condition="1"):
+    """Whether the compiler finds a library and its header."""
+    program = f"#include <cstdio>\n#include <{header}>\n#if !({condition})\n#error too old\n#endif\nint main() {{}}\n"
+    command = [*shlex.split(os.environ.get("CXX", "c++")), "-std=c++17", "-x", "c++", "-", f"-l{library}", "-o", os.devnull]
+    return subprocess.run(command, input=program.encode(), stderr=subprocess.DEVNULL).returncode == 0
+
+
+def version():
+    with open(os.path.join(TOP, "include", "ldi", "version.hpp"), encoding="utf-8") as header:
+        return ".".join(re.findall(r"#define LDI_VERSION_\w+ (\d+)", header.read()))
+
+
+# As cmake/FindLdiReaders.cmake has it: the macro that tells the headers, and the library.
+readers = {
+    "LDI_WITH_LIBHEIF": ("libheif/heif.h", "heif"),
+    "LDI_WITH_LIBWEBP": ("webp/decode.h", "webp"),
+    "LDI_WITH_LIBTIFF": ("tiffio.h", "tiff", "TIFFLIB_VERSION >= 20221213"),
+    "LDI_WITH_LCMS2": ("lcms2.h", "lcms2"),
+}
+found = [(macro, library[1]) for macro, library in readers.items() if is_usable(*library)]
+if ("LDI_WITH_LIBWEBP", "webp") in found and is_usable("meshoptimizer.h", "meshoptimizer") and is_usable("nlohmann/json.hpp", "c"):
+    found.append(("LDI_WITH_COMPRESSION", "meshoptimizer"))
 
 extension = Pybind11Extension(
     "ldi._ldi",
     ["source/module.cpp"],
-    include_dirs=[os.path.join(TOP, "include")],
-    libraries=["png", "exif"],
+    include_dirs=[os.path.join(TOP, "include"), TOP],
+    define_macros=[(macro, None) for macro, _ in found],
+    libraries=["png", "exif"] + [library for _, library in found],
     cxx_std=20,
     extra_compile_args=["-O2", "-g0"],
 )
 
-setup(packages=["ldi"], package_dir={"": "source"}, package_data={"ldi": ["py.typed", "*.pyi"]}, ext_modules=[extension], cmdclass={"build_py": build_with_weights}, zip_safe=False)
+setup(
+    version=version(),
+    packages=["ldi"],
+    package_dir={"": "source"},
+    package_data={"ldi": ["py.typed", "*.pyi"]},
+    ext_modules=[extension],
+    cmdclass={"build_py": build_with_data},
+    zip_safe=False,
+)

@@ -1,4 +1,4 @@
-// Memory of ldi as NumPy sees it, and NumPy's as ldi does, without copies.
+// NumPy arrays over ldi's memory, and ldi's views of NumPy arrays, without copies. Arguments that do not fit raise short errors.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
@@ -8,7 +8,9 @@
 #include <pybind11/numpy.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,10 +18,12 @@ namespace ldi::python {
 
 namespace py = pybind11;
 
-/// Values that `owner` keeps alive, read-only. strides in bytes; empty: values without gaps
+// From ldi to NumPy ----------------------------------------------------------------------------------------------------------
+
+/// A read-only array over values that `owner` keeps alive. strides in bytes; empty: values without gaps
 template <class T>
-py::array_t<T> shown(const py::object& owner, const T* values, std::vector<py::ssize_t> shape,
-                     std::vector<py::ssize_t> strides = {}) {
+py::array_t<T> array_over(const py::object& owner, const T* values, std::vector<py::ssize_t> shape,
+                          std::vector<py::ssize_t> strides = {}) {
     py::array_t<T> array(std::move(shape), std::move(strides), values, owner);
     py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
     return array;
@@ -27,48 +31,126 @@ py::array_t<T> shown(const py::object& owner, const T* values, std::vector<py::s
 
 /// K values, or K / columns x columns.
 template <class T>
-py::array_t<T> shown(const py::object& owner, const buffer<T>& values, std::size_t columns = 1) {
+py::array_t<T> array_over(const py::object& owner, const buffer<T>& values, std::size_t columns = 1) {
     const auto rows = static_cast<py::ssize_t>(values.size() / columns);
-    if (columns == 1) return shown(owner, values.data(), {rows});
-    return shown(owner, values.data(), {rows, static_cast<py::ssize_t>(columns)});
+    if (columns == 1) return array_over(owner, values.data(), {rows});
+    return array_over(owner, values.data(), {rows, static_cast<py::ssize_t>(columns)});
+}
+
+template <class T>
+std::vector<py::ssize_t> shape_of(const image<T>& picture) {
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(picture.height()), static_cast<py::ssize_t>(picture.width())};
+    if (picture.channels() != 1) shape.push_back(static_cast<py::ssize_t>(picture.channels()));
+    return shape;
 }
 
 /// H x W, or H x W x C.
 template <class T>
-py::array_t<T> shown(const py::object& owner, const image<T>& picture) {
-    const auto h = static_cast<py::ssize_t>(picture.height()), w = static_cast<py::ssize_t>(picture.width());
-    if (picture.channels() == 1) return shown(owner, picture.data(), {h, w});
-    return shown(owner, picture.data(), {h, w, static_cast<py::ssize_t>(picture.channels())});
+py::array_t<T> array_over(const py::object& owner, const image<T>& picture) {
+    return array_over(owner, picture.data(), shape_of(picture));
 }
 
-/// An array that takes an image over.
+/// A writable array that owns the image.
 template <class T>
-py::array_t<T> given(image<T> picture) {
+py::array_t<T> array_of(image<T> picture) {
     auto* const kept = new image<T>(std::move(picture));
-    const py::capsule owner(kept, [](void* image_of_array) { delete static_cast<image<T>*>(image_of_array); });
-    const auto h = static_cast<py::ssize_t>(kept->height()), w = static_cast<py::ssize_t>(kept->width());
-    std::vector<py::ssize_t> shape{h, w};
-    if (kept->channels() > 1) shape.push_back(static_cast<py::ssize_t>(kept->channels()));
-    return py::array_t<T>(shape, kept->data(), owner);
+    const py::capsule owner(kept, [](void* owned) { delete static_cast<image<T>*>(owned); });
+    return py::array_t<T>(shape_of(*kept), kept->data(), owner);
 }
 
-/// H x W x channels values of an array, which must outlive the view. Rows may have gaps; where a row has, the array is replaced
-/// by a copy. Raises mismatch.
+// From NumPy to ldi ----------------------------------------------------------------------------------------------------------
+
+/// "96 x 128 x 3 values of uint8"
+inline std::string description(const py::array& array) {
+    std::string text;
+    for (py::ssize_t axis = 0; axis < array.ndim(); ++axis) text += (axis == 0 ? "" : " x ") + std::to_string(array.shape(axis));
+    return (array.ndim() == 0 ? "one value" : text + " values") + " of " + std::string(py::str(array.dtype()));
+}
+
+/// What numpy.asarray() makes of an object, which must hold numbers of these kinds (numpy.dtype.kind). Raises TypeError.
+inline py::array numbers_of(const py::handle& object, std::string_view kinds, const std::string& name,
+                            const std::string& expected) {
+    const py::array array = py::module_::import("numpy").attr("asarray")(object);
+    if (kinds.find(array.dtype().kind()) != std::string_view::npos) return array;
+    const std::string found =
+        py::isinstance<py::array>(object) ? description(array) : std::string(Py_TYPE(object.ptr())->tp_name);
+    throw py::type_error(name + ": expected " + expected + ", found " + found);
+}
+
+/// The same for numbers that must be bytes.
+inline py::array_t<std::uint8_t> bytes_of(const py::handle& object, const std::string& name, const std::string& expected) {
+    const py::array array = numbers_of(object, "u", name, expected);
+    if (!py::isinstance<py::array_t<std::uint8_t>>(array))
+        throw py::type_error(name + ": expected " + expected + ", found " + description(array));
+    return array;
+}
+
+/// The pixels of an array of `channels` values each; the array must outlive the view. Rows may have gaps; an array that has no
+/// rows in memory is replaced by a copy. Raises mismatch.
 template <class T>
-image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const char* name) {
+image_view<const T> view_of(py::array_t<T>& array, std::size_t channels, const std::string& name, const std::string& expected) {
     const bool is_flat = channels == 1 && array.ndim() == 2;
     if (!is_flat && (array.ndim() != 3 || static_cast<std::size_t>(array.shape(2)) != channels))
-        raise(error_code::mismatch, name, channels == 1 ? "H x W values" : "H x W x 3 values",
-              std::to_string(array.ndim()) + " dimensions" +
-                  (array.ndim() == 3 ? ", the last of " + std::to_string(array.shape(2)) : std::string()));
-    if (array.size() == 0) raise(error_code::mismatch, name, "at least one pixel", "none");
-    const auto size = static_cast<py::ssize_t>(sizeof(T)), of_pixel = size * static_cast<py::ssize_t>(channels);
-    const bool is_whole =
-        (is_flat || channels == 1 || array.strides(2) == size) && (array.shape(1) == 1 || array.strides(1) == of_pixel);
-    const bool has_rows = array.shape(0) == 1 || (array.strides(0) >= array.shape(1) * of_pixel && array.strides(0) % size == 0);
-    if (!is_whole || !has_rows) array = py::array_t<T, py::array::c_style | py::array::forcecast>(array);
+        raise(error_code::mismatch, name, expected, description(array));
+    if (array.size() == 0) raise(error_code::mismatch, name, "at least one pixel", description(array));
+    const auto size = static_cast<py::ssize_t>(sizeof(T)), pixel = size * static_cast<py::ssize_t>(channels);
+    const bool is_aligned = reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) == 0;
+    const bool has_pixels =
+        (is_flat || channels == 1 || array.strides(2) == size) && (array.shape(1) == 1 || array.strides(1) == pixel);
+    const bool has_rows = array.shape(0) == 1 || (array.strides(0) >= array.shape(1) * pixel && array.strides(0) % size == 0);
+    if (!is_aligned || !has_pixels || !has_rows) array = array.attr("copy")();
     const std::size_t stride = array.shape(0) == 1 ? 0 : static_cast<std::size_t>(array.strides(0) / size);
     return {array.data(), static_cast<std::size_t>(array.shape(0)), static_cast<std::size_t>(array.shape(1)), channels, stride};
+}
+
+/// An H x W x 3 photo where it lies. Raises TypeError, mismatch.
+class photo_argument {
+public:
+    photo_argument(const py::handle& object, const std::string& name)
+        : array_(bytes_of(object, name, expected)), view_(view_of(array_, 3, name, expected)) {}
+    photo_argument(const photo_argument&) = delete;
+    photo_argument& operator=(const photo_argument&) = delete;
+
+    const py::array& array() const { return array_; }
+    image_view<const std::uint8_t> view() const { return view_; }
+
+private:
+    static constexpr const char* expected = "H x W x 3 values of uint8";
+
+    py::array_t<std::uint8_t> array_;
+    image_view<const std::uint8_t> view_;
+};
+
+/// A copy of an h x w map of any real numbers. Raises TypeError, mismatch.
+inline image<float> map_of(const py::handle& object, const std::string& name) {
+    static constexpr const char* expected = "h x w real numbers";
+    py::array_t<float> array = numbers_of(object, "fiu", name, expected);
+    return image<float>(view_of(array, 1, name, expected));
+}
+
+/// A copy of a column of exactly that type and shape, for what a pickle restores. Raises invalid_data.
+template <class T>
+buffer<T> column_of(const py::handle& object, std::size_t columns, const char* name) {
+    const py::array array = py::array::ensure(object);
+    const bool is_flat = array && columns == 1 && array.ndim() == 1;
+    if (!array || !py::isinstance<py::array_t<T>>(array) ||
+        !(is_flat || (array.ndim() == 2 && static_cast<std::size_t>(array.shape(1)) == columns)))
+        raise(error_code::invalid_data, name,
+              "N x " + std::to_string(columns) + " values of " + std::string(py::str(py::dtype::of<T>())),
+              array ? description(array) : std::string(Py_TYPE(object.ptr())->tp_name));
+    const auto packed = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
+    return buffer<T>(packed.data(), packed.data() + packed.size());
+}
+
+/// A copy of an image, for what a pickle restores. Raises invalid_data.
+template <class T>
+image<T> image_of(const py::handle& object, std::size_t channels, const char* name) {
+    py::array any = py::array::ensure(object);
+    if (!any || !py::isinstance<py::array_t<T>>(any))
+        raise(error_code::invalid_data, name, "values of " + std::string(py::str(py::dtype::of<T>())),
+              any ? description(any) : std::string(Py_TYPE(object.ptr())->tp_name));
+    py::array_t<T> array = any;
+    return image<T>(view_of(array, channels, name, "H x W x " + std::to_string(channels) + " values"));
 }
 
 }  // namespace ldi::python

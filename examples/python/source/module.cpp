@@ -1,26 +1,24 @@
-// The Python module ldi._ldi. ldi/__init__.py makes the package of it, ldi/__init__.pyi says what it has.
+// The Python module ldi._ldi: classes over ldi's memory, and functions whose arguments ldi/_api.py has checked.
 #include "arrays.hpp"
-#include "conversion.hpp"
+#include "outputs.hpp"
+#include "pickles.hpp"
+#include "stages.hpp"
+#include "values.hpp"
 
 #include <ldi/formats/farbrausch.hpp>
-#include <ldi/formats/glb.hpp>
 #include <ldi/formats/photo.hpp>
 #include <ldi/formats/picture.hpp>
 #include <ldi/formats/tiefenrausch.hpp>
-#include <ldi/render/camera_paths.hpp>
-#include <ldi/render/rasterizer.hpp>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,15 +27,7 @@
 
 namespace ldi::python {
 
-std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
-
-arithmetic arithmetic_named(const std::string& name) {
-    for (const arithmetic kind : {arithmetic::float32, arithmetic::int8})
-        if (name == to_string(kind)) return kind;
-    raise(error_code::invalid_option, "arithmetic", "float32 or int8", name);
-}
-
-/// A property that shows memory of an object: show(object, its value).
+/// Adds a property that shows memory of an object: show(object, its value).
 template <class Class, class Show>
 void add_view(Class& to, const char* name, const char* meaning, Show show) {
     using type = typename Class::type;
@@ -45,148 +35,280 @@ void add_view(Class& to, const char* name, const char* meaning, Show show) {
         name, [show](const py::object& self) { return show(self, self.cast<const type&>()); }, meaning);
 }
 
-void add_layers(py::module_& module) {
-    py::class_<photo_layers, std::shared_ptr<photo_layers>> layers(module, "Layers");
-    const auto add = [&](const char* name, const char* meaning, buffer<std::int32_t> graph::*column) {
-        add_view(layers, name, meaning,
-                 [column](const py::object& self, const photo_layers& l) { return shown(self, l.topology.*column); });
-    };
-    add("x", "K, position on the lattice", &graph::x);
-    add("y", "K", &graph::y);
-    add("left", "K, index of the neighbor, -1 for none", &graph::left);
-    add("right", "K", &graph::right);
-    add("up", "K", &graph::up);
-    add("down", "K", &graph::down);
-    add_view(layers, "color", "K x 3",
-             [](const py::object& self, const photo_layers& l) { return shown(self, l.column<color_column>(), 3); });
-    add_view(layers, "disparity", "K, in [0, 1], larger is nearer",
-             [](const py::object& self, const photo_layers& l) { return shown(self, l.column<disparity_column>()); });
-    add_view(layers, "known", "K, 0 where a color was invented",
-             [](const py::object& self, const photo_layers& l) { return shown(self, l.column<known_column>()); });
-    layers.def("__len__", [](const photo_layers& l) { return l.size(); });
-    layers.def_property_readonly("focal_length", [](const photo_layers& l) { return l.camera.focal_length; });
-    layers.def_property_readonly("z_near", [](const photo_layers& l) { return l.range.z_near; });
-    layers.def_property_readonly("z_far", [](const photo_layers& l) { return l.range.z_far; });
+/// A list of references that keep `owner` alive.
+template <class Items>
+py::list references(const py::object& owner, const Items& items) {
+    py::list list;
+    for (const auto& item : items) list.append(py::cast(item, py::return_value_policy::reference_internal, owner));
+    return list;
 }
 
-void add_curves_and_charts(py::module_& module) {
+template <class Class>
+void add_pickle(Class& to, std::shared_ptr<typename Class::type> (*from)(const py::tuple&)) {
+    using type = typename Class::type;
+    to.def(py::pickle([](const type& value) { return state_of(value); }, [from](const py::tuple& state) { return from(state); }));
+}
+
+/// What Layer and Layers show of their pixels.
+template <class Class>
+void add_columns(Class& to) {
+    using type = typename Class::type;
+    const auto add = [&](const char* name, const char* meaning, buffer<std::int32_t> graph::*column) {
+        add_view(to, name, meaning,
+                 [column](const py::object& self, const type& v) { return array_over(self, v.layers.topology.*column); });
+    };
+    add("x", "K int32: column of each pixel's position in the photo", &graph::x);
+    add("y", "K int32: row of each pixel's position in the photo", &graph::y);
+    add("left", "K int32: index of the left neighbor, -1 for none", &graph::left);
+    add("right", "K int32: index of the right neighbor, -1 for none", &graph::right);
+    add("up", "K int32: index of the neighbor above, -1 for none", &graph::up);
+    add("down", "K int32: index of the neighbor below, -1 for none", &graph::down);
+    add_view(to, "color", "K x 3 uint8: red, green, blue; undefined where known is 0, until they are inpainted",
+             [](const py::object& self, const type& v) { return array_over(self, v.layers.template column<color_column>(), 3); });
+    add_view(to, "disparity", "K float32, in [0, 1], larger is nearer", [](const py::object& self, const type& v) {
+        return array_over(self, v.layers.template column<disparity_column>());
+    });
+    add_view(to, "known", "K uint8: 1 where the photo gives the color, 0 where it is inpainted",
+             [](const py::object& self, const type& v) { return array_over(self, v.layers.template column<known_column>()); });
+    const auto add_fact = [&](const char* name, const char* meaning, auto read) {
+        to.def_property_readonly(
+            name, [read](const type& v) { return read(v.layers); }, meaning);
+    };
+    add_fact("width", "width of the photo in pixels", [](const photo_layers& l) { return l.camera.width; });
+    add_fact("height", "height of the photo in pixels", [](const photo_layers& l) { return l.camera.height; });
+    add_fact("focal_length", "focal length of the photo's camera in pixels",
+             [](const photo_layers& l) { return l.camera.focal_length; });
+    add_fact("z_near", "distance that disparity 1 stands for", [](const photo_layers& l) { return l.range.z_near; });
+    add_fact("z_far", "distance that disparity 0 stands for", [](const photo_layers& l) { return l.range.z_far; });
+    to.def(
+        "__len__", [](const type& v) { return v.layers.size(); }, "number of pixels, K");
+}
+
+void add_depth(py::module_& module) {
+    py::class_<depth_value, std::shared_ptr<depth_value>> depth(module, "Depth",
+                                                                "A photo and its clean depth; clean_depth() makes it.");
+    add_view(depth, "photo", "H x W x 3 uint8: the photo, no larger than long_side",
+             [](const py::object& self, const depth_value& d) { return array_over(self, d.photo); });
+    add_view(depth, "estimated", "h x w float32 in [0, 1]: disparity before it is cleaned",
+             [](const py::object& self, const depth_value& d) { return array_over(self, d.estimated); });
+    add_view(depth, "disparity", "H x W float32 in [0, 1], larger is nearer: clean disparity",
+             [](const py::object& self, const depth_value& d) { return array_over(self, d.disparity); });
+    depth.def_property_readonly(
+        "z_near", [](const depth_value& d) { return d.range.z_near; }, "distance that disparity 1 stands for");
+    depth.def_property_readonly(
+        "z_far", [](const depth_value& d) { return d.range.z_far; }, "distance that disparity 0 stands for");
+    add_pickle(depth, &depth_from);
+}
+
+void add_layers(py::module_& module) {
     static_assert(std::is_standard_layout_v<discontinuity> && offsetof(discontinuity, front) == sizeof(std::int32_t));
-    py::class_<discontinuity_curve> curve(module, "Curve");
-    add_view(curve, "sides", "N x 2, pixels of the front layer: the far one and the near one",
+    py::class_<discontinuity_curve> curve(module, "Curve", "A curve along which depth jumps.");
+    add_view(curve, "sides", "N x 2 int32: for each pixel side, the pixel behind it and the pixel in front, as y * width + x",
              [](const py::object& self, const discontinuity_curve& c) {
                  const std::int32_t* const first = c.sides.empty() ? nullptr : &c.sides.front().back;
-                 return shown(self, first, {static_cast<py::ssize_t>(c.sides.size()), 2},
-                              {sizeof(discontinuity), sizeof(std::int32_t)});
+                 return array_over(self, first, {static_cast<py::ssize_t>(c.sides.size()), 2},
+                                   {sizeof(discontinuity), sizeof(std::int32_t)});
              });
-    curve.def_readonly("is_closed", &discontinuity_curve::is_closed);
+    curve.def_readonly("is_closed", &discontinuity_curve::is_closed, "whether the curve ends where it begins");
+    curve.def(
+        "__len__", [](const discontinuity_curve& c) { return c.sides.size(); }, "number of pixel sides");
 
-    py::class_<chart> one(module, "Chart");
-    one.def_readonly("x", &chart::x)
-        .def_readonly("y", &chart::y)
-        .def_readonly("width", &chart::width)
-        .def_readonly("height", &chart::height);
-    add_view(one, "pixels", "indices in the layers",
-             [](const py::object& self, const chart& c) { return shown(self, c.pixels); });
+    py::class_<silhouettes_value, std::shared_ptr<silhouettes_value>>(module, "_Silhouettes");  // owns the curves
+    py::class_<layer_value, std::shared_ptr<layer_value>> layer(
+        module, "Layer", "The photo as a layered image of one layer, pixel (x, y) at index y * width + x; lift() makes it.");
+    add_columns(layer);
+    layer.def_property_readonly(
+        "curves", [](const layer_value& l) { return references(py::cast(l.silhouettes), l.silhouettes->curves); },
+        "the silhouettes, as a list of Curve");
+    layer.def_property_readonly(
+        "depth", [](const layer_value& l) { return l.silhouettes->depth; }, "what it was made from");
+    add_pickle(layer, &layer_from);
+
+    py::class_<layers_value, std::shared_ptr<layers_value>> layers(
+        module, "Layers", "A layered depth image: the photo and the hidden surfaces behind it; expand() and inpaint() make it.");
+    add_columns(layers);
+    add_pickle(layers, &layers_from);
 }
 
-void add_mesh(py::module_& module) {
-    py::class_<textured_mesh> mesh(module, "Mesh");
-    add_view(mesh, "positions", "V x 3",
-             [](const py::object& self, const textured_mesh& m) { return shown(self, m.positions, 3); });
-    add_view(mesh, "texture_coordinates", "V x 2",
-             [](const py::object& self, const textured_mesh& m) { return shown(self, m.texture_coordinates, 2); });
-    add_view(mesh, "pixels", "V, a pixel of the layers",
-             [](const py::object& self, const textured_mesh& m) { return shown(self, m.pixels); });
-    add_view(mesh, "triangles", "F x 3",
-             [](const py::object& self, const textured_mesh& m) { return shown(self, m.triangles, 3); });
+void add_charts(py::module_& module) {
+    py::class_<chart> one(module, "Chart", "A part of the layers that lies in one piece in the atlas.");
+    one.def_readonly("x", &chart::x, "left end of its bounding box in the photo")
+        .def_readonly("y", &chart::y, "top of its bounding box in the photo")
+        .def_readonly("width", &chart::width, "width of its bounding box in pixels")
+        .def_readonly("height", &chart::height, "height of its bounding box in pixels");
+    add_view(one, "pixels", "N int32: indices of its pixels in the layers, ascending",
+             [](const py::object& self, const chart& c) { return array_over(self, c.pixels); });
+
+    py::class_<charts_value, std::shared_ptr<charts_value>> charts(
+        module, "Charts", "A partition of the layers into charts, a sequence of Chart; make_charts() makes it.");
+    add_view(charts, "chart_of", "K int32: the chart that each pixel belongs to",
+             [](const py::object& self, const charts_value& c) { return array_over(self, c.chart_of); });
+    charts.def(
+        "__len__", [](const charts_value& c) { return c.charts.size(); }, "number of charts");
+    charts.def(
+        "__getitem__",
+        [](const charts_value& c, py::ssize_t i) -> const chart& {
+            const auto count = static_cast<py::ssize_t>(c.charts.size());
+            if (i < -count || i >= count) throw py::index_error("chart " + std::to_string(i) + " of " + std::to_string(count));
+            return c.charts[i < 0 ? i + count : i];
+        },
+        py::return_value_policy::reference_internal, "one chart");
+    add_pickle(charts, &charts_from);
 }
 
-py::bytes glb_of(const photo3d& made, int quality) {
-    buffer<std::byte> glb;
-    {
-        const py::gil_scoped_release free;
-        glb_options options;
-        options.camera = made.layers.camera, options.motion = made.layers.motion, options.range = made.layers.range;
-        glb = encode_glb(made.mesh, encode_jpeg(made.atlas.color, quality), options);
-    }
-    return {reinterpret_cast<const char*>(glb.data()), glb.size()};
+void add_atlas_and_mesh(py::module_& module) {
+    py::class_<atlas_value, std::shared_ptr<atlas_value>> atlas(module, "Atlas",
+                                                                "All charts packed into one texture; make_atlas() makes it.");
+    add_view(atlas, "color", "H x W x 3 uint8: the texture",
+             [](const py::object& self, const atlas_value& a) { return array_over(self, a.color); });
+    add_view(atlas, "placements", "one row per chart, int32: x and y of its bounding box in the texture",
+             [](const py::object& self, const atlas_value& a) {
+                 static_assert(sizeof(chart_placement) == 2 * sizeof(std::int32_t));
+                 const std::int32_t* const first = a.placements.empty() ? nullptr : &a.placements.front().x;
+                 return array_over(self, first, {static_cast<py::ssize_t>(a.placements.size()), 2});
+             });
+    atlas.def_property_readonly(
+        "fill", [](const atlas_value& a) { return a.fill; }, "share of the texture that charts cover");
+    add_pickle(atlas, &atlas_from);
+
+    py::class_<mesh_value, std::shared_ptr<mesh_value>> mesh(module, "Mesh", "A textured triangle mesh; make_mesh() makes it.");
+    add_view(mesh, "positions", "V x 3 float32: x right, y up, the photo's camera at the origin looking along -z",
+             [](const py::object& self, const mesh_value& m) { return array_over(self, m.positions, 3); });
+    add_view(mesh, "texture_coordinates", "V x 2 float32 in [0, 1]; (0, 0) is the top left corner of the atlas",
+             [](const py::object& self, const mesh_value& m) { return array_over(self, m.texture_coordinates, 2); });
+    add_view(mesh, "pixels", "V int32: the pixel of the layers that each vertex belongs to",
+             [](const py::object& self, const mesh_value& m) { return array_over(self, m.pixels); });
+    add_view(mesh, "triangles", "F x 3 uint32: vertices, counter-clockwise as seen from the photo's camera",
+             [](const py::object& self, const mesh_value& m) { return array_over(self, m.triangles, 3); });
+    add_pickle(mesh, &mesh_from);
 }
 
-py::array_t<std::uint8_t> render(const photo3d& made, std::array<float, 3> position, std::optional<std::array<float, 3>> target,
-                                 std::optional<std::int32_t> width, std::int32_t samples) {
-    rendering seen;
-    {
-        const py::gil_scoped_release free;
-        view from;
-        from.camera = made.layers.camera;
-        if (width) {
-            const float scale = static_cast<float>(*width) / static_cast<float>(from.camera.width);
-            from.camera.height =
-                std::max(1, static_cast<std::int32_t>(std::lround(scale * static_cast<float>(from.camera.height))));
-            from.camera.width = *width, from.camera.focal_length *= scale;
-        }
-        if (target) from = look_at(from.camera, position, *target);
-        from.position = position;
-        raster_options options;
-        options.samples = samples;
-        options.z_near = 0.01F * made.layers.range.z_near;
-        thread_pool threads;
-        seen = rasterize(made.mesh, made.atlas.color, from, options, threads);
-    }
-    return given(std::move(seen.color));
+/// Raises TypeError.
+template <class T>
+std::shared_ptr<T> part(const py::object& object, const char* name, const char* type) {
+    if (py::isinstance<T>(object)) return object.cast<std::shared_ptr<T>>();
+    throw py::type_error(std::string(name) + ": expected ldi." + type + ", found " + Py_TYPE(object.ptr())->tp_name);
 }
 
 void add_photo3d(py::module_& module) {
-    py::class_<photo3d, std::shared_ptr<photo3d>> made(module, "Photo3D");
-    add_view(made, "photo", "H x W x 3, as it was worked on",
-             [](const py::object& self, const photo3d& p) { return shown(self, p.photo); });
-    add_view(made, "estimated", "h x w", [](const py::object& self, const photo3d& p) { return shown(self, p.estimated); });
-    add_view(made, "disparity", "H x W, cleaned",
-             [](const py::object& self, const photo3d& p) { return shown(self, p.disparity); });
-    add_view(made, "atlas", "the texture", [](const py::object& self, const photo3d& p) { return shown(self, p.atlas.color); });
-    add_view(made, "chart_of", "K, each pixel's chart",
-             [](const py::object& self, const photo3d& p) { return shown(self, p.charts.chart_of); });
-    made.def_readonly("layers", &photo3d::layers);
-    made.def_readonly("mesh", &photo3d::mesh);
-    const auto list_of = [](const py::object& self, const auto& items) {
-        py::list list;
-        for (const auto& item : items) list.append(py::cast(item, py::return_value_policy::reference_internal, self));
-        return list;
-    };
-    made.def_property_readonly("curves",
-                               [=](const py::object& self) { return list_of(self, self.cast<const photo3d&>().curves); });
-    made.def_property_readonly("charts",
-                               [=](const py::object& self) { return list_of(self, self.cast<const photo3d&>().charts.charts); });
-    made.def("glb", &glb_of, py::arg("quality") = 85);
-    made.def("render", &render, py::arg("position") = std::array<float, 3>{0, 0, 0}, py::arg("target") = py::none(),
-             py::arg("width") = py::none(), py::arg("samples") = 2);
+    py::class_<photo3d_value, std::shared_ptr<photo3d_value>> made(
+        module, "Photo3D",
+        "A 3D photo and the result of each stage; photo3d() makes it, or Photo3D(layers, charts, atlas, mesh).");
+    made.def(py::init([](const py::object& layers, const py::object& charts, const py::object& atlas, const py::object& mesh) {
+                 return join_parts(part<layers_value>(layers, "layers", "Layers"), part<charts_value>(charts, "charts", "Charts"),
+                                   part<atlas_value>(atlas, "atlas", "Atlas"), part<mesh_value>(mesh, "mesh", "Mesh"));
+             }),
+             py::arg("layers"), py::arg("charts"), py::arg("atlas"), py::arg("mesh"), "Joins the results of the stages.");
+    const auto add = [&](const char* name, const char* meaning, auto part) { made.def_property_readonly(name, part, meaning); };
+    const auto depth_of = [](const photo3d_value& p) { return p.layers->silhouettes->depth; };
+    add("depth", "the photo and its depth, a Depth", depth_of);
+    add("layers", "the layered depth image, a Layers", [](const photo3d_value& p) { return p.layers; });
+    add("charts", "the charts of the layers, a Charts", [](const photo3d_value& p) { return p.charts; });
+    add("atlas", "the texture, an Atlas", [](const photo3d_value& p) { return p.atlas; });
+    add("mesh", "the mesh, a Mesh", [](const photo3d_value& p) { return p.mesh; });
+    add("curves", "the silhouettes, as a list of Curve",
+        [](const photo3d_value& p) { return references(py::cast(p.layers->silhouettes), p.layers->silhouettes->curves); });
+    add("photo", "H x W x 3 uint8: the photo, no larger than long_side",
+        [=](const photo3d_value& p) { return array_over(py::cast(depth_of(p)), depth_of(p)->photo); });
+    add("disparity", "H x W float32 in [0, 1], larger is nearer: clean disparity",
+        [=](const photo3d_value& p) { return array_over(py::cast(depth_of(p)), depth_of(p)->disparity); });
+    add_pickle(made, &photo3d_from);
+}
+
+std::span<const std::byte> weights_of(const py::object& weights) {
+    if (!py::isinstance<py::bytes>(weights))
+        throw py::type_error(std::string("weights: expected bytes, found ") + Py_TYPE(weights.ptr())->tp_name);
+    return std::as_bytes(std::span(std::string_view(py::reinterpret_borrow<py::bytes>(weights))));
+}
+
+arithmetic arithmetic_named(const std::string& name) {
+    for (const arithmetic kind : {arithmetic::float32, arithmetic::int8})
+        if (name == to_string(kind)) return kind;
+    raise(error_code::invalid_option, "arithmetic", "float32 or int8", name);
 }
 
 void add_networks(py::module_& module) {
-    py::class_<tiefenrausch, std::shared_ptr<tiefenrausch>>(module, "DepthNetwork")
-        .def(py::init([](const py::bytes& weights, const std::string& name) {
-                 return std::make_shared<tiefenrausch>(decode_tiefenrausch(bytes_of(std::string_view(weights)), name));
+    py::class_<tiefenrausch, std::shared_ptr<tiefenrausch>>(
+        module, "DepthNetwork", "A network that estimates depth from one photo; depth_network() reads it from a file.")
+        .def(py::init([](const py::object& weights, const py::object& name) {
+                 return std::make_shared<tiefenrausch>(decode_tiefenrausch(weights_of(weights), py::str(name)));
              }),
-             py::arg("weights"), py::arg("name") = "weights");
-    py::class_<farbrausch, std::shared_ptr<farbrausch>>(module, "InpaintingNetwork")
-        .def(py::init([](const py::bytes& weights, const std::string& name, const std::string& computes_with) {
+             py::arg("weights"), py::arg("name") = "weights", "Reads the bytes of a safetensors file; errors call it `name`.");
+    py::class_<farbrausch, std::shared_ptr<farbrausch>>(
+        module, "InpaintingNetwork", "A network that colors hidden surfaces; inpainting_network() reads it from a file.")
+        .def(py::init([](const py::object& weights, const py::object& name, const py::object& computes_with) {
                  return std::make_shared<farbrausch>(
-                     decode_farbrausch(bytes_of(std::string_view(weights)), name, arithmetic_named(computes_with)));
+                     decode_farbrausch(weights_of(weights), py::str(name), arithmetic_named(py::str(computes_with))));
              }),
-             py::arg("weights"), py::arg("name") = "weights", py::arg("arithmetic") = "float32");
+             py::arg("weights"), py::arg("name") = "weights", py::arg("arithmetic") = "float32",
+             "Reads the bytes of a safetensors file; errors call it `name`.");
 }
 
-void add_errors(py::module_& module) {
-    static py::object type = py::exception<error>(module, "Error");  // as long as the interpreter
+void add_functions(py::module_& module) {
+    module.attr("version") = version_text();
+    module.def("photo3d", [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
+                             const py::object& inpainter, std::size_t long_side, float focal_length, float motion, float texture,
+                             float grain, std::size_t threads, const py::object& progress) {
+        photo3d_options options;
+        options.long_side = long_side, options.focal_length_35mm = focal_length, options.expand.motion = motion;
+        options.texture.strength = texture, options.grain.strength = grain;
+        return convert(photo, depth, {is_metric, is_inverse}, inpainter, options, threads, progress);
+    });
+    module.def("clean_depth", [](const py::object& photo, const py::object& depth, bool is_metric, bool is_inverse,
+                                 std::size_t long_side, std::size_t threads) {
+        photo3d_options options;
+        options.long_side = long_side;
+        return make_depth(photo, depth, {is_metric, is_inverse}, options, threads);
+    });
+    module.def("lift", &make_layer);
+    module.def("expand", &make_layers);
+    module.def("inpaint", &make_inpainted);
+    module.def("make_charts", &make_chart_set);
+    module.def("make_atlas", &make_texture_atlas);
+    module.def("make_mesh", &make_textured_mesh);
+    module.def("estimate", &estimate);
+    module.def("inpaint_colors", &inpaint_colors);
+    module.def("glb", &glb_of);
+    module.def("html", &page_of);
+    module.def("render", &render);
+    module.def("read_photo", [](const std::filesystem::path& path) {
+        ldi::photo photo;
+        {
+            const py::gil_scoped_release unlocked;
+            photo = load_photo(path);
+        }
+        return array_of(std::move(photo.color));
+    });
+    module.def("write_png", [](const std::filesystem::path& path, const py::object& object) {
+        const std::string expected = "H x W or H x W x 3 values of uint8";
+        py::array_t<std::uint8_t> array = bytes_of(object, "picture", expected);
+        const image<std::uint8_t> picture(view_of(array, array.ndim() == 3 && array.shape(2) == 3 ? 3 : 1, "picture", expected));
+        const py::gil_scoped_release unlocked;
+        save_png(path, picture);
+    });
+}
+
+/// Text of a message; it may name a path that is not UTF-8.
+py::str text(const std::string& bytes) {
+    return py::reinterpret_steal<py::str>(
+        PyUnicode_DecodeUTF8(bytes.data(), static_cast<py::ssize_t>(bytes.size()), "backslashreplace"));
+}
+
+/// Raises ldi::error as ldi.InputError or ldi.FileError, which ldi/_errors.py defines.
+void add_errors() {
     py::register_exception_translator([](std::exception_ptr raised) {
         try {
             if (raised) std::rethrow_exception(raised);
         } catch (const error& e) {
-            py::object made = type(e.what());
-            const error_details& details = e.details();
-            made.attr("code") = std::string(to_string(details.code));
-            made.attr("where") = details.where, made.attr("expected") = details.expected, made.attr("found") = details.found;
-            PyErr_SetObject(type.ptr(), made.ptr());
+            const error_details& d = e.details();
+            if (d.code == error_code::out_of_memory) {
+                PyErr_NoMemory();
+                return;
+            }
+            const bool is_file = d.code == error_code::file_access || d.code == error_code::unavailable;
+            const py::object type = py::module_::import("ldi._errors").attr(is_file ? "FileError" : "InputError");
+            PyErr_SetObject(type.ptr(),
+                            type(std::string(to_string(d.code)), text(d.where), text(d.expected), text(d.found)).ptr());
         }
     });
 }
@@ -195,33 +317,14 @@ void add_errors(py::module_& module) {
 
 PYBIND11_MODULE(_ldi, module) {
     using namespace ldi::python;
-    add_errors(module);
+    py::options options;
+    options.disable_function_signatures();
+    add_errors();
+    add_depth(module);
     add_layers(module);
-    add_curves_and_charts(module);
-    add_mesh(module);
-    add_networks(module);
+    add_charts(module);
+    add_atlas_and_mesh(module);
     add_photo3d(module);
-    module.def(
-        "photo3d",
-        [](py::array_t<std::uint8_t> photo, std::optional<py::array_t<float>> depth, const ldi::tiefenrausch* depth_network,
-           const ldi::farbrausch* inpainting_network, bool is_metric, bool is_inverse, std::size_t long_side, float focal_length,
-           float motion, float grain, std::size_t threads, py::object progress) {
-            ldi::photo3d_options options;
-            options.long_side = long_side, options.focal_length_35mm = focal_length;
-            options.expand.motion = motion, options.grain.strength = grain;
-            return convert(std::move(photo), {std::move(depth), is_metric, is_inverse}, depth_network, inpainting_network,
-                           options, threads, std::move(progress));
-        },
-        py::arg("photo").noconvert(), py::arg("depth"), py::arg("depth_network"), py::arg("inpainting_network"),
-        py::arg("is_metric"), py::arg("is_inverse"), py::arg("long_side"), py::arg("focal_length"), py::arg("motion"),
-        py::arg("grain"), py::arg("threads"), py::arg("progress"));
-    module.def(
-        "read_photo", [](const std::string& path) { return given(ldi::load_photo(path).color); }, py::arg("path"));
-    module.def(
-        "write_png",
-        [](const std::string& path, py::array_t<std::uint8_t> picture) {
-            const std::size_t channels = picture.ndim() == 3 ? static_cast<std::size_t>(picture.shape(2)) : 1;
-            ldi::write_file(path, ldi::encode_png(ldi::image<std::uint8_t>(view_of(picture, channels, "picture"))));
-        },
-        py::arg("path"), py::arg("picture").noconvert());
+    add_networks(module);
+    add_functions(module);
 }

@@ -1,0 +1,133 @@
+// The functions of the Python package: the whole way, and each stage from value to value.
+#pragma once
+
+#include "arrays.hpp"
+#include "callbacks.hpp"
+#include "values.hpp"
+
+#include <ldi/photo3d.hpp>
+
+#include <pybind11/pybind11.h>
+
+#include <cstddef>
+#include <memory>
+#include <utility>
+
+namespace ldi::python {
+
+inline std::shared_ptr<photo3d_value> convert(const py::object& photo, const py::object& depth, depth_meaning meaning,
+                                              const py::object& inpainter, photo3d_options options, std::size_t threads,
+                                              const py::object& progress) {
+    const photo_argument seen(photo, "photo");
+    const depth_source estimator(depth, seen, meaning);
+    const color_source colors(inpainter);
+    options.normalize = estimator.normalization();
+    return run_unlocked(progress, threads, [&](const progress_listener& listener, thread_pool& pool) {
+        options.progress = listener;
+        return std::make_shared<photo3d_value>(parts_of(make_photo3d(seen.view(), estimator, colors, options, pool), options));
+    });
+}
+
+inline std::shared_ptr<depth_value> make_depth(const py::object& photo, const py::object& depth, depth_meaning meaning,
+                                               photo3d_options options, std::size_t threads) {
+    const photo_argument seen(photo, "photo");
+    const depth_source estimator(depth, seen, meaning);
+    options.normalize = estimator.normalization();
+    return run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
+        options.progress = listener;
+        auto made = std::make_shared<depth_value>(depth_value{clean_depth(seen.view(), estimator, options, pool)});
+        made->resampled = {};
+        return made;
+    });
+}
+
+inline std::shared_ptr<layer_value> make_layer(const std::shared_ptr<depth_value>& depth, float focal_length,
+                                               std::size_t threads) {
+    photo3d_options options;
+    options.focal_length_35mm = focal_length;
+    return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
+        lifted_photo lifted = lift_photo(*depth, options, pool);
+        auto made = std::make_shared<layer_value>();
+        made->layers = std::move(lifted.layer);
+        made->silhouettes = std::make_shared<silhouettes_value>(
+            silhouettes_value{depth, focal_length, std::move(lifted.curves), std::move(lifted.matte), std::move(lifted.rims)});
+        return made;
+    });
+}
+
+inline std::shared_ptr<layers_value> make_layers(const layer_value& layer, float motion) {
+    expand_options options;
+    options.motion = motion;
+    return run_unlocked(py::none(), 1, [&](const progress_listener& listener, thread_pool&) {
+        return std::make_shared<layers_value>(
+            layers_value{expand(photo_layer(layer.layers), layer.silhouettes->curves, options, listener), layer.silhouettes,
+                         motion, new_geometry_id()});
+    });
+}
+
+inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, const py::object& inpainter, float texture,
+                                                    float grain, std::size_t threads) {
+    const silhouettes_value& silhouettes = silhouettes_of(layers);
+    const color_source colors(inpainter);
+    photo3d_options options;
+    options.texture.strength = texture, options.grain.strength = grain;
+    return run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
+        options.progress = listener;
+        auto made = std::make_shared<layers_value>(layers);
+        inpaint_hidden(made->layers, silhouettes.rims, colors, options, pool);
+        return made;
+    });
+}
+
+inline std::shared_ptr<charts_value> make_chart_set(const layers_value& layers) {
+    const py::gil_scoped_release unlocked;
+    return std::make_shared<charts_value>(charts_value{make_charts(layers.layers), layers.geometry});
+}
+
+inline std::shared_ptr<atlas_value> make_texture_atlas(const layers_value& layers, const charts_value& charts,
+                                                       std::size_t threads) {
+    check_same_geometry(layers, charts);
+    return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
+        return std::make_shared<atlas_value>(atlas_value{make_atlas(layers.layers, charts, {}, pool), layers.geometry});
+    });
+}
+
+inline std::shared_ptr<mesh_value> make_textured_mesh(const layers_value& layers, const charts_value& charts,
+                                                      const atlas_value& atlas, std::size_t threads) {
+    check_same_geometry(layers, charts, atlas);
+    const silhouettes_value& silhouettes = silhouettes_of(layers);
+    return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
+        const visible_silhouettes seen{silhouettes.depth->disparity, silhouettes.matte};
+        return std::make_shared<mesh_value>(
+            mesh_value{build_mesh(layers.layers, charts, atlas, seen, {}, pool), layers.geometry});
+    });
+}
+
+inline std::shared_ptr<photo3d_value> join_parts(std::shared_ptr<layers_value> layers, std::shared_ptr<charts_value> charts,
+                                                 std::shared_ptr<atlas_value> atlas, std::shared_ptr<mesh_value> mesh) {
+    silhouettes_of(*layers);
+    check_same_geometry(*layers, *charts, *atlas, *mesh);
+    return std::make_shared<photo3d_value>(
+        photo3d_value{std::move(layers), std::move(charts), std::move(atlas), std::move(mesh)});
+}
+
+/// What a depth network returns for a photo.
+inline py::array_t<float> estimate(const tiefenrausch& network, const py::object& photo, std::size_t threads) {
+    const photo_argument seen(photo, "photo");
+    return array_of(run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
+        return network.disparity(seen.view(), listener, pool);
+    }));
+}
+
+/// The colors of layers as a network returns them.
+inline py::array_t<std::uint8_t> inpaint_colors(const farbrausch& network, const layers_value& layers, std::size_t threads) {
+    photo_layers filled = run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
+        photo_layers copy = layers.layers;
+        network.inpaint(copy, listener, pool);
+        return copy;
+    });
+    const auto& colors = filled.column<color_column>();
+    return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(filled.size()), py::ssize_t{3}}, colors.data());
+}
+
+}  // namespace ldi::python

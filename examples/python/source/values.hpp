@@ -1,0 +1,104 @@
+// What the objects of the Python package hold. Each result is immutable and shares what it was made from.
+#pragma once
+
+#include <ldi/charts/charts.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+#include <ldi/photo3d.hpp>
+#include <ldi/texture/atlas.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <utility>
+
+namespace ldi::python {
+
+/// Layers, charts, atlases and meshes fit together if they share the number that expand() draws.
+using geometry_id = std::uint64_t;
+
+inline geometry_id new_geometry_id() {
+    std::random_device random;
+    return std::uint64_t{random()} << 32 | random();
+}
+
+/// ldi.Depth
+struct depth_value : cleaned_photo {};
+
+/// The silhouettes that a Layer and the Layers grown from it share.
+struct silhouettes_value {
+    std::shared_ptr<depth_value> depth;
+    float focal_length_35mm = 0;
+    buffer<discontinuity_curve> curves;
+    image<std::uint8_t> matte;
+    uncertain_rims rims;
+};
+
+/// ldi.Layer
+struct layer_value {
+    photo_layer layers;
+    std::shared_ptr<silhouettes_value> silhouettes;
+};
+
+/// ldi.Layers
+struct layers_value {
+    photo_layers layers;
+    std::shared_ptr<silhouettes_value> silhouettes;  ///< null for layers that a Python inpainter is called with
+    float motion = 0;
+    geometry_id geometry = 0;
+};
+
+/// ldi.Charts, ldi.Atlas, ldi.Mesh
+struct charts_value : chart_set {
+    geometry_id geometry = 0;
+};
+struct atlas_value : texture_atlas {
+    geometry_id geometry = 0;
+};
+struct mesh_value : textured_mesh {
+    geometry_id geometry = 0;
+};
+
+/// ldi.Photo3D
+struct photo3d_value {
+    std::shared_ptr<layers_value> layers;
+    std::shared_ptr<charts_value> charts;
+    std::shared_ptr<atlas_value> atlas;
+    std::shared_ptr<mesh_value> mesh;
+};
+
+/// Raises mismatch where parts belong to different geometries.
+template <class... Parts>
+void check_same_geometry(const layers_value& layers, const Parts&... parts) {
+    if (((parts.geometry != layers.geometry) || ...))
+        raise(error_code::mismatch, "layers", "layers, charts, atlas and mesh made from one result of expand()",
+              "parts of different ones");
+}
+
+/// Raises mismatch for layers that an inpainter was called with.
+inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
+    if (layers.silhouettes == nullptr)
+        raise(error_code::mismatch, "layers", "layers made by expand(), inpaint() or photo3d()",
+              "those that an inpainter was called with");
+    return *layers.silhouettes;
+}
+
+/// Splits a finished 3D photo into the parts that Python sees.
+inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
+    depth_value depth;
+    depth.photo = std::move(made.photo), depth.estimated = std::move(made.estimated);
+    depth.disparity = std::move(made.disparity), depth.range = made.layers.range;
+    silhouettes_value silhouettes{std::make_shared<depth_value>(std::move(depth)),
+                                  options.focal_length_35mm,
+                                  std::move(made.curves),
+                                  std::move(made.matte),
+                                  {}};
+    const geometry_id id = new_geometry_id();
+    return {std::make_shared<layers_value>(layers_value{
+                std::move(made.layers), std::make_shared<silhouettes_value>(std::move(silhouettes)), options.expand.motion, id}),
+            std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
+            std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
+            std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};
+}
+
+}  // namespace ldi::python
