@@ -94,3 +94,15 @@ def test_arithmetic():
     photo, depth = scene()
     by_int8 = ldi.photo3d(photo, depth, inpaint=ldi.inpainting_network(arithmetic="int8")).layers.color.astype(int)
     assert 0 < abs(by_int8 - MADE.layers.color).max() and abs(by_int8 - MADE.layers.color).mean() < 2
+
+
+def test_a_photo_in_another_format():
+    """HEIC, as phones write it, where the package was built with libheif."""
+    path = os.path.join(os.path.dirname(__file__), "..", "..", "..", "shared", "depth_companions", "iphone_portrait_pug.heic")
+    if not os.path.exists(path):
+        pytest.skip("needs ../shared/depth_companions")
+    try:
+        photo = ldi.read_photo(path)
+    except ldi.InputError as failure:
+        pytest.skip(str(failure))
+    assert photo.dtype == np.uint8 and photo.shape[2] == 3 and photo.std() > 10

@@ -67,13 +67,14 @@ inline std::string description(const py::array& array) {
     return (array.ndim() == 0 ? "one value" : text + " values") + " of " + std::string(py::str(array.dtype()));
 }
 
+inline std::string type_name(const py::handle& object) { return py::str(py::type::of(object).attr("__name__")); }
+
 /// What numpy.asarray() makes of an object, which must hold numbers of these kinds (numpy.dtype.kind). Raises TypeError.
 inline py::array numbers_of(const py::handle& object, std::string_view kinds, const std::string& name,
                             const std::string& expected) {
     const py::array array = py::module_::import("numpy").attr("asarray")(object);
     if (kinds.find(array.dtype().kind()) != std::string_view::npos) return array;
-    const std::string found =
-        py::isinstance<py::array>(object) ? description(array) : std::string(Py_TYPE(object.ptr())->tp_name);
+    const std::string found = py::isinstance<py::array>(object) ? description(array) : type_name(object);
     throw py::type_error(name + ": expected " + expected + ", found " + found);
 }
 
@@ -137,7 +138,7 @@ buffer<T> column_of(const py::handle& object, std::size_t columns, const char* n
         !(is_flat || (array.ndim() == 2 && static_cast<std::size_t>(array.shape(1)) == columns)))
         raise(error_code::invalid_data, name,
               "N x " + std::to_string(columns) + " values of " + std::string(py::str(py::dtype::of<T>())),
-              array ? description(array) : std::string(Py_TYPE(object.ptr())->tp_name));
+              array ? description(array) : type_name(object));
     const auto packed = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
     return buffer<T>(packed.data(), packed.data() + packed.size());
 }
@@ -148,7 +149,7 @@ image<T> image_of(const py::handle& object, std::size_t channels, const char* na
     py::array any = py::array::ensure(object);
     if (!any || !py::isinstance<py::array_t<T>>(any))
         raise(error_code::invalid_data, name, "values of " + std::string(py::str(py::dtype::of<T>())),
-              any ? description(any) : std::string(Py_TYPE(object.ptr())->tp_name));
+              any ? description(any) : type_name(object));
     py::array_t<T> array = any;
     return image<T>(view_of(array, channels, name, "H x W x " + std::to_string(channels) + " values"));
 }

@@ -187,7 +187,7 @@ void add_atlas_and_mesh(py::module_& module) {
 template <class T>
 std::shared_ptr<T> part(const py::object& object, const char* name, const char* type) {
     if (py::isinstance<T>(object)) return object.cast<std::shared_ptr<T>>();
-    throw py::type_error(std::string(name) + ": expected ldi." + type + ", found " + Py_TYPE(object.ptr())->tp_name);
+    throw py::type_error(std::string(name) + ": expected ldi." + type + ", found " + type_name(object));
 }
 
 void add_photo3d(py::module_& module) {
@@ -216,8 +216,7 @@ void add_photo3d(py::module_& module) {
 }
 
 std::span<const std::byte> weights_of(const py::object& weights) {
-    if (!py::isinstance<py::bytes>(weights))
-        throw py::type_error(std::string("weights: expected bytes, found ") + Py_TYPE(weights.ptr())->tp_name);
+    if (!py::isinstance<py::bytes>(weights)) throw py::type_error("weights: expected bytes, found " + type_name(weights));
     return std::as_bytes(std::span(std::string_view(py::reinterpret_borrow<py::bytes>(weights))));
 }
 
