@@ -8,6 +8,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
@@ -61,7 +62,9 @@ concept color_inpainter = requires(const T& t, photo_layers& layers, const progr
 
 /// A disparity map that is there already, from a phone or a file.
 struct given_disparity {
-    image<float> map;  ///< h x w x 1, finite, larger is nearer
+    /// h x w x 1, finite, larger is nearer. With normalize_options::is_inverse_depth, the default, 0 or more: 0 is infinitely
+    /// far, as a sky is. Where 0 stands for an unknown value, fill it in before (formats/depth_map.hpp has fill_invalid()).
+    image<float> map;
 
     template <executor Executor>
     image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
@@ -161,9 +164,17 @@ inline int rim_width(const alignment_options& options, float sample_size) {
 }
 
 inline void check(const photo3d_options& options) {
-    if (options.long_side == 0 || !(options.focal_length_35mm > 0.0F))
-        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length above 0",
-              std::to_string(options.long_side) + " and " + std::to_string(options.focal_length_35mm));
+    if (options.long_side == 0 || !(options.focal_length_35mm >= 1.0F && options.focal_length_35mm <= 1e5F))
+        raise(error_code::invalid_option, "photo3d_options", "a long side of at least 1 and a focal length from 1 to 1e5",
+              std::to_string(options.long_side) + " and " + to_text(options.focal_length_35mm));
+    if (!(options.surface.largest_step >= 0.001F && options.surface.largest_step <= 1.0F))
+        raise(error_code::invalid_option, "photo3d_options, surface", "a largest step from 0.001 to 1",
+              to_text(options.surface.largest_step));
+}
+
+inline void check_photo(image_view<const std::uint8_t> photo) {
+    if (photo.empty() || photo.channels() != 3)
+        raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", shape_text(photo));
 }
 
 /// The estimated disparity at the photo's resolution, its edges sharpened before where the estimator's is lower.
@@ -181,9 +192,12 @@ image<float> resample_estimate(const image<float>& estimated, const image<std::u
 }  // namespace detail
 
 /// The same options with charts of at most a size at which they fit on sheets of a photo H x W (texture/sheets.hpp). Raises
-/// too_large where the photo is too large for that.
+/// too_large where the photo is too large for that, mismatch where it has no pixel.
 inline photo3d_options for_sheets(photo3d_options options, std::size_t photo_height, std::size_t photo_width,
                                   const sheet_options& sheets = {}) {
+    if (photo_height == 0 || photo_width == 0 || options.long_side == 0)
+        raise(error_code::mismatch, "for_sheets", "a photo with at least one pixel, a long side of at least 1",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + ", " + std::to_string(options.long_side));
     const std::size_t longer = (std::max)(photo_height, photo_width);
     double scale = 1;
     for (const std::size_t length : {photo_height, photo_width})
@@ -206,12 +220,14 @@ struct cleaned_photo {
 ///
 /// photo  H x W x 3, at least one pixel
 ///
-/// Raises what the stages raise, and error_code::invalid_option if long_side is 0 or the focal length is not above 0.
+/// Raises what the stages raise; before anything is estimated, error_code::invalid_data for a photo of another shape, and
+/// error_code::invalid_option if long_side is 0, the focal length is not in [1, 1e5] or the surface rule's step not in [0.001,
+/// 1].
 template <depth_estimator Estimator, executor Executor = const serial_executor>
 cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator& estimator, const photo3d_options& options = {},
                           Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
-    LDI_ASSERT(!photo.empty() && photo.channels() == 3);
+    detail::check_photo(photo);
     detail::check(options);
     cleaned_photo result;
     progress.report("depth estimation", 0.0F);

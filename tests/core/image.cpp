@@ -2,8 +2,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cstdint>
 #include <numeric>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -65,6 +67,38 @@ TEST_CASE("a view reads and writes somebody else's rows, with gaps between them"
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 3; ++x)
             for (int c = 0; c < 2; ++c) CHECK(copy(y, x, c) == 100 * y + 10 * x + c);
+}
+
+TEST_CASE("sizes that no memory has are refused, whatever their product wraps around to") {
+    constexpr std::size_t half = std::size_t{1} << (4 * sizeof(std::size_t)), most = static_cast<std::size_t>(-1);
+    const auto is_refused = [](auto&& make) {
+        try {
+            make();
+        } catch (const error& failure) {
+            return failure.code() == error_code::too_large;
+        }
+        return false;
+    };
+    float value = 0;
+    for (const auto& [height, width, channels] : {std::array{2 * half, 2 * half, std::size_t{1}},
+                                                  {half + 1, half, 1},
+                                                  {1, half, half},
+                                                  {half, 1, half},
+                                                  {1, most, 1},
+                                                  {most / 8, 1, 1},
+                                                  {3, most / 8, 2},
+                                                  {0, half, half}}) {
+        CAPTURE(height, width, channels);
+        CHECK(is_refused([&] { image<float>(height, width, channels); }));
+        CHECK(is_refused([&] { image<float>(height, width, channels, unset); }));
+        CHECK(is_refused([&] { image_view<float>(&value, height, width, channels); }));
+    }
+    CHECK(is_refused([&] { image_view<float>(&value, half, 1, 1, half); }));
+    CHECK(is_refused([] { buffer<double>(most / 8); }));
+    CHECK(is_refused([] { buffer<double>(most / 8, unset); }));
+    CHECK(image<float>(0, most / 8, 1).empty());
+    CHECK_THROWS_WITH(image<float>(2 * half, 2 * half),
+                      Catch::Contains(std::to_string(2 * half) + " x " + std::to_string(2 * half) + " x 1"));
 }
 
 TEST_CASE("a moved-from image has no values") {

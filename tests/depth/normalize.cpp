@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
 
 namespace {
 
@@ -79,13 +81,58 @@ TEST_CASE("distances beyond the largest ratio are brought nearer, and unknown di
     CHECK(ldi::normalize(ramp(-5.0F, 10.0F), options).range.z_far == 7.0F);
 }
 
-TEST_CASE("values that are not finite, and inverse depth that is not positive, are errors") {
-    for (float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 0.0F, -1.0F}) {
+TEST_CASE("values that are not finite, and inverse depth below 0, are errors that say what was found") {
+    const auto complaint_about = [](const ldi::image<float>& map, const ldi::normalize_options& options = {}) -> std::string {
+        try {
+            ldi::normalize(map, options);
+        } catch (const ldi::error& failure) {
+            return failure.details().found;
+        }
+        return "no complaint";
+    };
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    for (const auto& [bad, found] : {std::pair<float, const char*>{std::numeric_limits<float>::quiet_NaN(), "nan"},
+                                     {infinity, "inf"},
+                                     {-infinity, "-inf"},
+                                     {-1.0F, "-1"},
+                                     {-1e-45F, "-1.401298e-45"}}) {
         ldi::image<float> map = ramp(1.0F, 2.0F);
         map(0, 500, 0) = bad;
-        CHECK_THROWS_AS(ldi::normalize(map), ldi::error);
+        CHECK(complaint_about(map) == found);
     }
-    CHECK_THROWS_AS(ldi::normalize(ldi::image<float>(0, 0)), ldi::error);
+    CHECK(complaint_about(ldi::image<float>(0, 3)) == "0 x 3 x 1");
+    CHECK(complaint_about(ldi::image<float>(4, 3, 2, 0.5F)) == "4 x 3 x 2");
+    CHECK(complaint_about(ramp(0.0F, 0.0F)).substr(0, 2) == "0,");
+    ldi::normalize_options options;
+    options.assumed_range = {0.0F, infinity};
+    CHECK(complaint_about(ramp(1.0F, 2.0F), options) == "0 to inf");
+}
+
+TEST_CASE("an inverse depth of 0 is as far away as the largest ratio allows") {
+    ldi::normalize_options options;
+    options.clipped_share = 0.0F;
+    ldi::image<float> map = ramp(0.2F, 0.5F);
+    for (std::size_t x = 0; x < 300; ++x) map(0, x, 0) = 0.0F;
+    for (const bool is_metric : {false, true}) {
+        options.is_metric = is_metric;
+        const ldi::normalized_disparity n = ldi::normalize(map, options);
+        CHECK(n.disparity(0, 0, 0) == 0.0F);
+        CHECK(n.disparity(0, 300, 0) > 0.5F);
+        CHECK(n.range.z_near == Approx(is_metric ? 2.0F : 1.0F));
+        CHECK(n.range.z_far == Approx(50.0F * n.range.z_near));
+    }
+}
+
+TEST_CASE("metric distances that positions cannot hold are refused") {
+    ldi::normalize_options options;
+    options.is_metric = true;
+    CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 2.94e-39F), options),
+                      Catch::Contains("between 1e-6 and 1e9 meters away, found 3.4") && Catch::Contains("e+38 meters"));
+    CHECK_THROWS_WITH(ldi::normalize(ldi::image<float>(2, 2, 1, 3.4e38F), options), Catch::Contains("e-39 meters"));
+    // A sky of largest floats behind a wall does no harm.
+    ldi::image<float> map = ramp(0.2F, 0.5F);
+    map(0, 0, 0) = 1.0F / std::numeric_limits<float>::max();
+    CHECK(ldi::normalize(map, options).range.z_near == Approx(2.0F));
 }
 
 TEST_CASE("the largest and the smallest floats are values like others") {

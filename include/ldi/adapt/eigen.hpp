@@ -1,9 +1,12 @@
 // Meshes and poses as Eigen sees them, without a copy: V, F and UV are matrices with a row a vertex or triangle, which is
-// libigl's convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does.
+// libigl's convention, and a view's pose is an isometry. Needs Eigen 3.4; no other header of ldi does. Include the single header,
+// if you use it, before this one.
 #pragma once
 
+#ifndef LDI_SINGLE_HEADER
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
+#endif
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,10 +1,12 @@
 // Images as xtensor sees them: any expression or NumPy array goes in, images come out without a copy. Needs xtensor 0.24; no
 // other header of ldi does. xtensor's lazy views cost ten times what loops over rows do, so they are for what is done once an
-// image.
+// image. Include the single header, if you use it, before this one.
 #pragma once
 
+#ifndef LDI_SINGLE_HEADER
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
+#endif
 
 #include <xtensor/xadapt.hpp>
 #include <xtensor/xarray.hpp>

@@ -41,6 +41,9 @@ concept element_iterator = requires(T i) {
 #endif
 }
 
+/// Memory for so many values would not have a size.
+[[noreturn]] inline void refuse_count() { raise(error_code::too_large, "buffer", "a size that memory can have", "a larger one"); }
+
 /// What a buffer holds, whatever its values: compiled once for all types.
 struct memory_block {
     void* values = nullptr;
@@ -50,7 +53,7 @@ struct memory_block {
     /// A larger place, in which nothing is yet.
     void* allocate(std::size_t new_capacity, std::size_t value_size, std::size_t alignment) {
         if (from == nullptr) from = &current_memory();
-        if (new_capacity > SIZE_MAX / 2 / value_size) out_of_memory();
+        if (new_capacity > static_cast<std::size_t>(PTRDIFF_MAX) / value_size) refuse_count();
         void* place = from->allocate(from->context, new_capacity * value_size, alignment);
         if (place == nullptr) out_of_memory();
         return place;
@@ -80,7 +83,7 @@ struct memory_block {
 /// A growing array, aligned to 64 bytes, on the memory that was current when it first allocated. It knows where that was, and
 /// gives it back there. It is like std::vector, but any integer subscripts it without a cast, `unset` leaves values of trivial
 /// types as they are, and a moved-from buffer is empty. If memory runs out it throws std::bad_alloc and keeps its values; without
-/// exceptions it raises error_code::out_of_memory.
+/// exceptions it raises error_code::out_of_memory. It raises too_large for a size that no memory has.
 template <class T>
 class buffer {
 public:

@@ -1,9 +1,11 @@
-// Names that come out of files, in messages.
+// Names that come out of files, numbers and sizes, in messages.
 #pragma once
 
 #include <ldi/base/config.hpp>
 
+#include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <string_view>
 
@@ -17,6 +19,20 @@ inline std::string printable(std::string_view name) {
     for (char& c : result)
         if (c < ' ' || c > '~') c = '?';
     return result + (name.size() > most ? "..." : "");
+}
+
+/// A number with as many digits as matter: 0.05, 1e-45, inf, nan.
+inline std::string to_text(double value) {
+    if (std::isnan(value)) return "nan";
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.7g", value);
+    return digits;
+}
+
+/// "480 x 640 x 3", of an image or view.
+inline std::string shape_text(const auto& picture) {
+    return std::to_string(picture.height()) + " x " + std::to_string(picture.width()) + " x " +
+           std::to_string(picture.channels());
 }
 
 /// Something of a file, or of none, as messages name it.

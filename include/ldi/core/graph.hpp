@@ -5,9 +5,11 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -96,11 +98,15 @@ struct graph {
     }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x.
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
+/// 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
     LDI_ASSERT(width >= 0 && height >= 0);
     graph g;
     g.width = width, g.height = height;
+    if (g.position_count() > 0x7FFFFFFF)
+        raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
+              std::to_string(width) + " x " + std::to_string(height));
     g.resize(g.position_count());
     std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)

@@ -4,13 +4,41 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <string>
 #include <type_traits>
 #include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+[[noreturn]] inline void refuse_size(std::size_t height, std::size_t width, std::size_t channels) {
+    raise(error_code::too_large, "image", "a size that memory can have",
+          std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels));
+}
+
+/// The number of values from one row to the next: `row_stride`, or W C where that is 0. Raises too_large if rows, or all of them
+/// together, are larger than memory can be.
+inline std::size_t checked_row_stride(std::size_t height, std::size_t width, std::size_t channels, std::size_t row_stride,
+                                      std::size_t value_size) {
+    const std::size_t limit = static_cast<std::size_t>(PTRDIFF_MAX) / value_size;
+    if (channels > 0 && width > limit / channels) refuse_size(height, width, channels);
+    const std::size_t stride = row_stride == 0 ? width * channels : row_stride;
+    if (stride > 0 && height > limit / stride) refuse_size(height, width, channels);
+    return stride;
+}
+
+/// H W C.
+inline std::size_t checked_size(std::size_t height, std::size_t width, std::size_t channels, std::size_t value_size) {
+    return height * checked_row_stride(height, width, channels, 0, value_size);
+}
+
+}  // namespace detail
 
 /// H x W x C values that belong to somebody else, with `row_stride` values from the start of a row to the start of the next.
 /// Stages take an `image_view<const T>`, which cannot change them.
@@ -23,12 +51,14 @@ public:
 
     image_view() = default;
     /// row_stride  values from a row to the next; 0 for rows without a gap
+    ///
+    /// Raises too_large for a size that no memory has.
     image_view(Scalar* data, std::size_t height, std::size_t width, std::size_t channels = 1, std::size_t row_stride = 0)
         : data_(data),
           height_(height),
           width_(width),
           channels_(channels),
-          row_stride_(row_stride == 0 ? width * channels : row_stride) {
+          row_stride_(detail::checked_row_stride(height, width, channels, row_stride, sizeof(Scalar))) {
         LDI_ASSERT(row_stride_ >= width * channels);
     }
     /// From a view that may change the values to one that may not.
@@ -61,7 +91,7 @@ private:
     std::size_t height_ = 0, width_ = 0, channels_ = 0, row_stride_ = 0;
 };
 
-/// H x W x C values that it owns, without gaps.
+/// H x W x C values that it owns, without gaps. A size that no memory has raises too_large.
 template <class Scalar>
 class image {
 public:
@@ -72,10 +102,16 @@ public:
     image(std::size_t height, std::size_t width, std::size_t channels = 1) : image(height, width, channels, Scalar{}) {}
     /// Values are not set.
     image(std::size_t height, std::size_t width, std::size_t channels, unset_t)
-        : values_(height * width * channels, unset), height_(height), width_(width), channels_(channels) {}
+        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), unset),
+          height_(height),
+          width_(width),
+          channels_(channels) {}
     /// Every value is `value`.
     image(std::size_t height, std::size_t width, std::size_t channels, Scalar value)
-        : values_(height * width * channels, value), height_(height), width_(width), channels_(channels) {}
+        : values_(detail::checked_size(height, width, channels, sizeof(Scalar)), value),
+          height_(height),
+          width_(width),
+          channels_(channels) {}
     /// A copy of what a view shows.
     explicit image(image_view<const Scalar> view) : image(view.height(), view.width(), view.channels(), unset) {
         const std::size_t values = width_ * channels_;
@@ -119,19 +155,19 @@ public:
     /// The W x C values of row y, contiguous.
     template <std::integral Index>
     Scalar* row(Index y) {
-        return view().row(y);
+        return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Index>
     const Scalar* row(Index y) const {
-        return view().row(y);
+        return data() + static_cast<std::size_t>(y) * row_stride();
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     Scalar& operator()(Y y, X x, Channel c = 0) {
-        return view()(y, x, c);
+        return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
     template <std::integral Y, std::integral X, std::integral Channel = std::size_t>
     const Scalar& operator()(Y y, X x, Channel c = 0) const {
-        return view()(y, x, c);
+        return data()[index(static_cast<std::size_t>(y), static_cast<std::size_t>(x), static_cast<std::size_t>(c))];
     }
 
     friend bool operator==(const image& a, const image& b) {
@@ -139,6 +175,11 @@ public:
     }
 
 private:
+    std::size_t index(std::size_t y, std::size_t x, std::size_t c) const {
+        LDI_ASSERT(y < height_ && x < width_ && c < channels_);
+        return (y * width_ + x) * channels_ + c;
+    }
+
     buffer<Scalar> values_;
     std::size_t height_ = 0, width_ = 0, channels_ = 0;
 };

@@ -4,13 +4,13 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -40,25 +40,51 @@ struct normalized_disparity {
     depth_range range;       ///< the distances that 1 and 0 stand for
 };
 
-/// source  H x W x 1, finite, larger is nearer
+namespace detail {
+
+/// Distances, in meters, at which positions and their inverses stay far from the ends of float.
+inline constexpr double min_distance = 1e-6, max_distance = 1e9;
+
+inline void check(const normalize_options& options) {
+    if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) ||
+        !(options.relative_step >= 0.0F && std::isfinite(options.relative_step)) || !(options.largest_step > 0.0F) ||
+        !(options.largest_depth_ratio >= 1.0F && options.largest_depth_ratio <= 1e6F))
+        raise(error_code::invalid_option, "normalize_options",
+              "0 <= clipped_share < 0.5, a finite relative_step >= 0, largest_step > 0, 1 <= largest_depth_ratio <= 1e6",
+              to_text(options.clipped_share) + ", " + to_text(options.relative_step) + ", " + to_text(options.largest_step) +
+                  ", " + to_text(options.largest_depth_ratio));
+    const depth_range& range = options.assumed_range;
+    if (!(range.z_near >= min_distance && range.z_near <= range.z_far && range.z_far <= max_distance))
+        raise(error_code::invalid_option, "normalize_options, assumed_range", "1e-6 <= z_near <= z_far <= 1e9",
+              to_text(range.z_near) + " to " + to_text(range.z_far));
+}
+
+/// The values, in an order of their own. Raises invalid_data if they are no disparity.
+inline buffer<float> checked_values(image_view<const float> source, bool is_inverse_depth) {
+    if (source.empty() || source.channels() != 1)
+        raise(error_code::mismatch, "disparity", "h x w x 1 values, at least one", shape_text(source));
+    buffer<float> values;
+    values.reserve(source.height() * source.width());
+    for (std::size_t y = 0; y < source.height(); ++y) values.append(source.row(y), source.row(y) + source.width());
+    for (const float value : values)
+        if (!std::isfinite(value) || (is_inverse_depth && value < 0.0F))
+            raise(error_code::invalid_data, "disparity", is_inverse_depth ? "finite values of 0 or more" : "finite values",
+                  to_text(value));
+    return values;
+}
+
+}  // namespace detail
+
+/// source  H x W x 1, finite, larger is nearer. Inverse depth is 0 or more: 0 is infinitely far, and put as far away as
+///         largest_depth_ratio allows. Where 0 stands for an unknown value, fill it in before.
 ///
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
-/// error_code::invalid_data if a value is not finite or, for inverse depth, not positive; error_code::invalid_option.
+/// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
+/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
-    if (!(options.clipped_share >= 0.0F && options.clipped_share < 0.5F) || !(options.relative_step >= 0.0F) ||
-        !(options.largest_step > 0.0F) || !(options.largest_depth_ratio >= 1.0F))
-        raise(error_code::invalid_option, "normalize_options",
-              "0 <= clipped_share < 0.5, relative_step >= 0, largest_step > 0, largest_depth_ratio >= 1",
-              std::to_string(options.clipped_share) + ", " + std::to_string(options.relative_step) + ", " +
-                  std::to_string(options.largest_step) + ", " + std::to_string(options.largest_depth_ratio));
-    normalized_disparity result{image<float>(source), options.assumed_range};
-    buffer<float> sorted(result.disparity.begin(), result.disparity.end());
-    if (sorted.empty()) raise(error_code::invalid_data, "disparity", "at least one pixel", "none");
-    for (float value : sorted)
-        if (!std::isfinite(value) || (options.is_inverse_depth && value <= 0.0F))
-            raise(error_code::invalid_data, "disparity", options.is_inverse_depth ? "finite positive values" : "finite values",
-                  std::to_string(value));
+    detail::check(options);
+    buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);
     const std::size_t clipped = static_cast<std::size_t>(options.clipped_share * detail::nearest_float(sorted.size()));
     const auto at = [&](std::size_t rank) {
         const auto position = sorted.begin() + rank;
@@ -67,9 +93,12 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     };
     // In double precision, where no difference of two floats overflows, and none but 0 is without a reciprocal.
     const double lowest = at(clipped), highest = at(sorted.size() - 1 - clipped);
+    if (options.is_inverse_depth && !(highest > 0.0))
+        raise(error_code::invalid_data, "disparity", "values above 0", "0, but for at most clipped_share of the values");
     const double step = std::abs(highest) * options.relative_step;
     const double span = (std::max)(highest - lowest, step / options.largest_step);
 
+    normalized_disparity result{image<float>(source), options.assumed_range};
     const double scale = span > 0.0 ? 1.0 / span : 0.0;
     for (float& value : result.disparity) value = static_cast<float>(std::clamp(1.0 - (highest - value) * scale, 0.0, 1.0));
     if (options.is_inverse_depth) {
@@ -77,6 +106,9 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
         const double farthest = (std::max)(highest - span, highest / options.largest_depth_ratio);
         const double ratio = span > 0.0 ? highest / farthest : options.largest_depth_ratio;
         const double z_near = options.is_metric ? 1.0 / highest : double{options.assumed_range.z_near};
+        if (!(z_near >= detail::min_distance && z_near <= detail::max_distance))
+            raise(error_code::invalid_data, "disparity", "a nearest surface between 1e-6 and 1e9 meters away",
+                  detail::to_text(z_near) + " meters");
         result.range.z_near = static_cast<float>(z_near);
         result.range.z_far = static_cast<float>(z_near * ratio);
     }

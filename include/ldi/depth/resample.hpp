@@ -8,6 +8,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -214,12 +215,10 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     const std::size_t rows = disparity.height(), columns = disparity.width();
     if (disparity.empty() || photo.empty() || disparity.channels() != 1 || photo.channels() != 3)
         raise(error_code::mismatch, "resample", "a disparity map h x w x 1 and a photo H x W x 3",
-              std::to_string(rows) + " x " + std::to_string(columns) + " x " + std::to_string(disparity.channels()) + " and " +
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
-                  std::to_string(photo.channels()));
+              detail::shape_text(disparity) + " and " + detail::shape_text(photo));
     if (!(options.spatial_sigma > 0.0F) || !(options.color_sigma > 0.0F))
         raise(error_code::invalid_option, "resample_options", "sigmas above 0",
-              std::to_string(options.spatial_sigma) + " and " + std::to_string(options.color_sigma));
+              detail::to_text(options.spatial_sigma) + " and " + detail::to_text(options.color_sigma));
     if (rows >= photo.height() && columns >= photo.width()) return nearest_samples(disparity, photo);
     image<float> result(photo.height(), photo.width(), 1, unset);
     const upsampler upsample(disparity, photo, surface, options);

@@ -11,6 +11,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/four_floats.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 
@@ -222,7 +223,7 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
                              const weighted_median_options& options = {}, Executor&& threads = {}) {
     using namespace detail::median;
     if (!(options.sigma > 0.0F))
-        raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", std::to_string(options.sigma));
+        raise(error_code::invalid_option, "weighted_median_options::sigma", "above 0", detail::to_text(options.sigma));
     const std::size_t rows = disparity.height(), columns = disparity.width();
     image<float> result(rows, columns, 1, unset);
     if (rows == 0 || columns == 0) return result;

@@ -175,14 +175,14 @@ private:
         const quantization& input = c.input == 0 ? result_.input : result_.operators[c.input - 1].output;
         const double expected = double{input.scale} * c.weight_quantization.scale;
         if (bias.values.zero_point != 0 || !(std::abs(bias.values.scale - expected) <= 1e-5 * expected))
-            raise(error_code::mismatch, op.where(), "biases with zero point 0 and scale " + std::to_string(expected),
-                  "zero point " + std::to_string(bias.values.zero_point) + " and scale " + std::to_string(bias.values.scale));
+            raise(error_code::mismatch, op.where(), "biases with zero point 0 and scale " + detail::to_text(expected),
+                  "zero point " + std::to_string(bias.values.zero_point) + " and scale " + detail::to_text(bias.values.scale));
     }
 
     static std::size_t resize_factor(const checked_operator& op) {
         const float factor = op.number("width_scale");
         if (factor != op.number("height_scale") || !(factor >= 1 && factor <= 16) || factor != std::floor(factor))
-            op.fail("width_scale", "a whole number, equal to height_scale", std::to_string(factor));
+            op.fail("width_scale", "a whole number, equal to height_scale", detail::to_text(factor));
         return static_cast<std::size_t>(factor);
     }
 

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/float_map.hpp>
 #include <ldi/formats/detail/picture_decoder.hpp>
@@ -111,7 +112,7 @@ inline image<float> decode_stored_depth(std::span<const std::byte> bytes, const 
 inline image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
                                      const std::string& where) {
     if (!(options.scale > 0) || !std::isfinite(options.scale))
-        raise(error_code::invalid_option, "depth map scale", "a positive number", std::to_string(options.scale));
+        raise(error_code::invalid_option, "depth map scale", "a positive number", detail::to_text(options.scale));
     image<float> result = detail::decode_stored_depth(bytes, options.limits, where);
     const std::span<float> values(result.data(), result.size());
     constexpr float invalid = std::numeric_limits<float>::quiet_NaN();

@@ -6,6 +6,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/glb_contents.hpp>
@@ -79,9 +80,9 @@ void check_triangles_of_file(const Mesh& mesh) {
         raise(error_code::invalid_data, "encode_glb", expected, found);
     };
     for (float p : mesh.positions)
-        if (!std::isfinite(p)) broken("finite positions", std::to_string(p));
+        if (!std::isfinite(p)) broken("finite positions", detail::to_text(p));
     for (float t : mesh.texture_coordinates)
-        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", std::to_string(t));
+        if (!(t >= 0 && t <= 1)) broken("texture coordinates in [0, 1]", detail::to_text(t));
     for (std::uint32_t i : mesh.triangles)
         if (i >= mesh.vertex_count())
             broken("indices of vertices", std::to_string(i) + " of " + std::to_string(mesh.vertex_count()) + " vertices");

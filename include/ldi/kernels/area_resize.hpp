@@ -4,6 +4,7 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/core/image.hpp>
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -94,12 +96,15 @@ inline void area_resize_row(const area_weights& horizontal, const area_weights& 
     for (std::size_t i = 0; i < sums.size(); ++i) result[i] = static_cast<std::uint8_t>(std::lrint(sums[i]));
 }
 
-/// Resizes an image; each side of the result is at least 1. An enlarged image consists of rectangles of equal color, mixed at
-/// their borders.
+/// Resizes an image. An enlarged image consists of rectangles of equal color, mixed at their borders. Raises
+/// error_code::invalid_data if the source or the result has no pixel.
 template <executor Executor = const serial_executor>
 image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size_t result_height, std::size_t result_width,
                                 Executor&& threads = {}) {
-    LDI_ASSERT(!source.empty());
+    if (source.empty() || result_height == 0 || result_width == 0)
+        raise(error_code::invalid_data, "area_resize", "a source and a result with at least one pixel",
+              std::to_string(source.height()) + " x " + std::to_string(source.width()) + " and " + std::to_string(result_height) +
+                  " x " + std::to_string(result_width));
     const area_weights horizontal = make_area_weights(source.width(), result_width);
     const area_weights vertical = make_area_weights(source.height(), result_height);
     image<std::uint8_t> result(result_height, result_width, source.channels(), unset);

@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
@@ -177,8 +178,8 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
     if (!(soft.least_width >= 0 && soft.most_width >= soft.least_width && soft.most_width <= 64 && soft.largest_share >= 0))
         raise(error_code::invalid_option, "soft_edge_options",
               "widths from 0 to 64, the least not above the most, a share of 0 or more",
-              std::to_string(soft.least_width) + ", " + std::to_string(soft.most_width) + " and " +
-                  std::to_string(soft.largest_share));
+              detail::to_text(soft.least_width) + ", " + detail::to_text(soft.most_width) + " and " +
+                  detail::to_text(soft.largest_share));
     const bool is_soft = soft.least_width > 0 && !seen.matte.empty();
     const auto has_size_of_photo = [&](const auto& picture) {
         return picture.height() == static_cast<std::size_t>(g.height) && picture.width() == static_cast<std::size_t>(g.width);

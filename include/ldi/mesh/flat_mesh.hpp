@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/mesh/detail/chart_polygon.hpp>
@@ -255,7 +256,7 @@ template <has_columns<disparity_column> Layers, executor Executor>
 flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options, Executor&& threads) {
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
-              std::to_string(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
+              detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
     flat_mesh flat;
     flat.outlines = trace_outlines(layers.topology, layers.template column<disparity_column>(), charts);
     flat.studs = make_studs(layers, charts, flat.outlines, options.studs);

@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/mesh/outlines.hpp>
 
@@ -137,8 +138,8 @@ inline simplified_boundary::simplified_boundary(const chart_outlines& outlines, 
     : outlines_(outlines) {
     if (!(options.tolerance >= 0) || !(options.disparity_tolerance >= 0) || !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "simplify_options", "tolerances of at least 0, that of the texture above 0",
-              std::to_string(options.tolerance) + ", " + std::to_string(options.disparity_tolerance) + " and " +
-                  std::to_string(options.texture_tolerance));
+              detail::to_text(options.tolerance) + ", " + detail::to_text(options.disparity_tolerance) + " and " +
+                  detail::to_text(options.texture_tolerance));
     buffer<outline_corner> points;
     buffer<std::uint8_t> keep;
     buffer<std::pair<std::int32_t, std::int32_t>> stack;

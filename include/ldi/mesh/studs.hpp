@@ -12,6 +12,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/base/stable_sort.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/camera.hpp>
@@ -280,7 +281,7 @@ stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_o
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
-                  std::to_string(options.disparity_tolerance) + ", " + std::to_string(options.texture_tolerance));
+                  detail::to_text(options.disparity_tolerance) + ", " + detail::to_text(options.texture_tolerance));
     detail::stud_sampler sampler(layers.topology, layers.template column<disparity_column>(), outlines, options);
     sampler.sample(charts, layers.range);
     stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });

@@ -66,8 +66,8 @@ public:
                 raise(error_code::mismatch, where,
                       "long sides that are multiples of 32, of at most " + std::to_string(most_long_side), std::to_string(side));
         if (level_quantization().scale > most_scale)
-            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + std::to_string(most_scale),
-                  "steps of " + std::to_string(level_quantization().scale));
+            raise(error_code::unsupported, where, "disparity or its logarithm in steps of at most " + detail::to_text(most_scale),
+                  "steps of " + detail::to_text(level_quantization().scale));
     }
 
     depth_network_sizes sizes() const { return sizes_; }
@@ -90,9 +90,7 @@ public:
     static image<std::uint8_t> resize_for_network(image_view<const std::uint8_t> photo, Executor& threads,
                                                   std::size_t to = long_side) {
         if (photo.empty() || photo.channels() != 3)
-            raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel",
-                  std::to_string(photo.height()) + " x " + std::to_string(photo.width()) + " x " +
-                      std::to_string(photo.channels()));
+            raise(error_code::invalid_data, "photo", "H x W x 3 values, at least one pixel", detail::shape_text(photo));
         const tensor_size size = network_size({photo.height(), photo.width()}, to);
         return area_resize(photo, size.height, size.width, threads);
     }

@@ -11,6 +11,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/occlusion/detail/straightened_curve.hpp>
@@ -241,16 +242,13 @@ inline buffer<trace> long_curves(const image<float>& disparity, surface_rule sur
 
 inline void check_alignment(image_view<const float> disparity, image_view<const std::uint8_t> photo,
                             const alignment_options& options) {
-    const auto size_of = [](const auto& of) {
-        return std::to_string(of.height()) + " x " + std::to_string(of.width()) + " x " + std::to_string(of.channels());
-    };
     if (disparity.height() != photo.height() || disparity.width() != photo.width() || disparity.channels() != 1 ||
         photo.channels() != 3)
         raise(error_code::mismatch, "align_silhouettes", "a disparity map H x W x 1 and a photo H x W x 3 of the same size",
-              size_of(disparity) + " and " + size_of(photo));
+              shape_text(disparity) + " and " + shape_text(photo));
     if (!(options.uncertainty >= 0.0F && options.uncertainty <= 256.0F) || !(options.stiffness >= 0.0F))
         raise(error_code::invalid_option, "alignment_options", "an uncertainty from 0 to 256 and a stiffness of at least 0",
-              std::to_string(options.uncertainty) + " and " + std::to_string(options.stiffness));
+              detail::to_text(options.uncertainty) + " and " + detail::to_text(options.stiffness));
 }
 
 }  // namespace detail::curves

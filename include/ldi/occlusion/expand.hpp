@@ -5,6 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/base/progress.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/hidden_pixels.hpp>
@@ -180,7 +181,7 @@ layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     if (!(options.motion >= 0 && options.motion <= 1))
-        raise(error_code::invalid_option, "expand_options::motion", "0 to 1", std::to_string(options.motion));
+        raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
     detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options.motion);
     const int last = (std::min)(options.iterations, expansion.most_iterations());
     for (int i = 0; i < last; ++i) {

@@ -12,6 +12,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/graph.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/diffuse_unknown.hpp>
@@ -93,7 +94,7 @@ private:
 inline void check_option(const char* name, float value, float least, float most) {
     if (!(value >= least && value <= most))
         raise(error_code::invalid_option, name,
-              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), std::to_string(value));
+              std::to_string(static_cast<int>(least)) + " to " + std::to_string(static_cast<int>(most)), detail::to_text(value));
 }
 
 inline void check_options(const grain_options& options) {

@@ -4,6 +4,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -56,9 +57,7 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
     if (color.height() != rows || color.width() != columns || color.channels() != 3 || disparity.channels() != 1 || rows == 0 ||
         columns == 0)
         raise(error_code::mismatch, "lift", "a photo H x W x 3 and a disparity map H x W x 1 of the same size",
-              std::to_string(color.height()) + " x " + std::to_string(color.width()) + " x " + std::to_string(color.channels()) +
-                  " and " + std::to_string(rows) + " x " + std::to_string(columns) + " x " +
-                  std::to_string(disparity.channels()));
+              detail::shape_text(color) + " and " + detail::shape_text(disparity));
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 

@@ -7,6 +7,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/local_matte.hpp>
@@ -179,7 +180,7 @@ image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_c
         !(options.contrast > 0))
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
-                  std::to_string(options.reach) + " and " + std::to_string(options.contrast));
+                  detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
     const graph& g = layers.topology;
     image<std::uint8_t> matte(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width));
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));

@@ -4,6 +4,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/motion.hpp>
@@ -123,8 +124,8 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
     if (!(options.motion >= 0 && options.motion <= 1) || !(options.focus_disparity >= 0 && options.focus_disparity <= 1) ||
         !(options.approach >= 0 && options.approach < 1))
         raise(error_code::invalid_option, "path_options", "motion and focus in [0, 1], approach in [0, 1)",
-              std::to_string(options.motion) + ", " + std::to_string(options.focus_disparity) + ", " +
-                  std::to_string(options.approach));
+              detail::to_text(options.motion) + ", " + detail::to_text(options.focus_disparity) + ", " +
+                  detail::to_text(options.approach));
     const float focus = range.depth(options.focus_disparity);
     const float radius = detail::reach_within_motion({1, 0, 0}, camera, range, options.motion, focus);
     const float farthest_forward =
@@ -146,10 +147,10 @@ inline view view_on_path(camera_path path, const pinhole_camera& camera, const d
 inline view view_between(std::span<const key_frame> keys, const pinhole_camera& camera, float time) {
     if (keys.empty()) raise(error_code::invalid_option, "key frames", "at least one", "none");
     for (std::size_t i = 0; i < keys.size(); ++i) {
-        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", std::to_string(keys[i].zoom));
+        if (!(keys[i].zoom > 0)) raise(error_code::invalid_option, "key frame", "a zoom above 0", detail::to_text(keys[i].zoom));
         if (i > 0 && !(keys[i].time > keys[i - 1].time))
             raise(error_code::invalid_option, "key frames", "times that rise",
-                  std::to_string(keys[i - 1].time) + ", then " + std::to_string(keys[i].time));
+                  detail::to_text(keys[i - 1].time) + ", then " + detail::to_text(keys[i].time));
     }
     std::size_t i = 0;
     while (i + 2 < keys.size() && time >= keys[i + 1].time) ++i;

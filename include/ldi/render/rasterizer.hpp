@@ -6,6 +6,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
 #include <ldi/render/camera.hpp>
@@ -87,11 +88,11 @@ inline void check_drawable(const textured_mesh& mesh, std::span<const image<std:
 inline void check_raster_options(const view& from, const raster_options& options) {
     if (options.samples < 1 || options.samples > 8)
         raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", std::to_string(options.z_near));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", detail::to_text(options.z_near));
     const pinhole_camera& camera = from.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
         raise(error_code::invalid_option, "view", "a size and a focal length above 0",
-              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + std::to_string(camera.focal_length));
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + detail::to_text(camera.focal_length));
     const std::int32_t limit = 524288 / options.samples;
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",

@@ -3,6 +3,7 @@
 
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/render/camera.hpp>
@@ -35,9 +36,7 @@ namespace detail {
 inline void check_pair(image_view<const std::uint8_t> left, image_view<const std::uint8_t> right) {
     if (!same_shape(left, right) || left.channels() != 3)
         raise(error_code::mismatch, "pair of pictures", "two of the same size with 3 channels",
-              std::to_string(left.width()) + " x " + std::to_string(left.height()) + " x " + std::to_string(left.channels()) +
-                  " and " + std::to_string(right.width()) + " x " + std::to_string(right.height()) + " x " +
-                  std::to_string(right.channels()));
+              shape_text(left) + " and " + shape_text(right));
 }
 
 }  // namespace detail

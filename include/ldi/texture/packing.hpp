@@ -159,7 +159,7 @@ inline packing pack(std::span<const rectangle_size> sizes, std::int32_t max_side
                 low = middle + 1;
         }
     }
-    if (best.corners.empty() && !fits({max_side, max_side}))
+    if (best.corners.empty() && (area > std::int64_t{max_side} * max_side || !fits({max_side, max_side})))
         raise(error_code::too_large, "pack", "a sheet with sides of at most " + std::to_string(max_side),
               std::to_string(sizes.size()) + " rectangles with an area of " + std::to_string(area));
     return best;

@@ -15,6 +15,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/numbers.hpp>
+#include <ldi/base/printable.hpp>
 #include <ldi/charts/charts.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
@@ -53,7 +54,8 @@ inline std::int32_t largest_chart_side(double scale, const sheet_options& option
     const double side = std::floor(detail::nearest_double(options.max_side - 2) / scale) - 2.0 * options.padding;
     if (!(side >= 16))
         raise(error_code::too_large, "largest_chart_side",
-              "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side), std::to_string(scale));
+              "a scale at which charts of 16 pixels fit on sheets of " + std::to_string(options.max_side),
+              detail::to_text(scale));
     return static_cast<std::int32_t>((std::min)(side, 1e6));
 }
 
@@ -72,7 +74,9 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     const graph& g = layers.topology;
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
-    LDI_ASSERT(photo_height > 0 && photo_width > 0 && g.width > 0 && g.height > 0);
+    if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
+        raise(error_code::mismatch, "lay_out_sheets", "a photo and layers with at least one pixel",
+              std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
     layout.across = {static_cast<std::int64_t>(photo_width), g.width};

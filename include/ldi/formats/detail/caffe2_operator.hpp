@@ -50,7 +50,7 @@ public:
     quantization output_quantization() const {
         const float scale = number("Y_scale");
         if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
-            fail("Y_scale", "a positive number", std::to_string(scale));
+            fail("Y_scale", "a positive number", to_text(scale));
         return {scale, static_cast<std::uint8_t>(integer("Y_zero_point", 0, 255))};
     }
 

@@ -167,7 +167,7 @@ private:
         const float scale = (ends[1] - ends[0]) / 255.0F;
         if (!(ends[0] <= 0.0F && ends[1] >= 0.0F && std::isnormal(scale)))
             raise(error_code::invalid_data, tensor_place(file_, name), "a range around 0",
-                  std::to_string(ends[0]) + " to " + std::to_string(ends[1]));
+                  to_text(ends[0]) + " to " + to_text(ends[1]));
         return {scale, rounded_to_byte(-ends[0] / scale)};
     }
 

@@ -30,7 +30,7 @@ struct checked_tensor {
 
 inline void check_scale(const std::string& name, float scale) {
     if (!(scale >= (std::numeric_limits<float>::min)() && scale <= (std::numeric_limits<float>::max)()))
-        raise(error_code::invalid_data, name, "a positive scale", std::to_string(scale));
+        raise(error_code::invalid_data, name, "a positive scale", to_text(scale));
 }
 
 inline const checked_tensor& checked_input(const std::string& name, const buffer<checked_tensor>& tensors, std::size_t input) {
@@ -74,7 +74,7 @@ inline std::size_t check_operator(const std::string& place, quantization output,
     check_scale(place + " weights", c.weight_quantization.scale);
     const float scale = requantization_scale(input.values, c.weight_quantization, output);
     if (!is_requantization_scale(scale))
-        raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", std::to_string(scale));
+        raise(error_code::unsupported, place, "input scale * weight scale / output scale in [2^-32, 1)", to_text(scale));
     check_accumulators(place, c);
     return outputs;
 }

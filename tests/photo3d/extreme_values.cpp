@@ -1,0 +1,139 @@
+// Photos and depth maps at the ends of what numbers can be: each is refused before any work, or becomes a GLB file of finite
+// numbers.
+#include <ldi/formats/glb.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+#include <ldi/photo3d.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+
+// extreme_values_release.cpp compiles this file without assertions.
+#ifndef LDI_TEST_CONFIGURATION
+#define LDI_TEST_CONFIGURATION ""
+#endif
+
+namespace {
+
+constexpr float largest = std::numeric_limits<float>::max(), tiniest = std::numeric_limits<float>::denorm_min();
+constexpr float infinity = std::numeric_limits<float>::infinity(), not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+/// Counts how often it is asked.
+struct counted_estimator {
+    ldi::image<float> map;
+    int* calls;
+
+    template <ldi::executor Executor>
+    ldi::image<float> disparity(ldi::image_view<const std::uint8_t>, const ldi::progress_listener&, Executor&&) const {
+        ++*calls;
+        return map;
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
+/// A wall of one value and a thing before it of another.
+ldi::image<float> two_values(float wall, float thing) {
+    ldi::image<float> map(24, 32, 1, wall);
+    for (std::size_t y = 6; y < 18; ++y)
+        for (std::size_t x = 10; x < 22; ++x) map(y, x) = thing;
+    return map;
+}
+
+/// Nothing if the map becomes a GLB file of finite numbers, else what was found wrong with it.
+std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is_inverse_depth, bool is_metric) {
+    ldi::photo3d_options options;
+    options.normalize.is_inverse_depth = is_inverse_depth, options.normalize.is_metric = is_metric;
+    try {
+        const ldi::image<std::uint8_t> photo(48, 64, 3, std::uint8_t{90});
+        const ldi::photo3d made = ldi::make_photo3d(photo, ldi::given_disparity{map}, ldi::diffusion_inpainter{}, options);
+        for (const float p : made.mesh.positions) REQUIRE(std::isfinite(p));
+        for (const float p : made.mesh.soft_edges.positions) REQUIRE(std::isfinite(p));
+        REQUIRE(made.layers.range.z_near > 0);
+        REQUIRE(std::isfinite(made.layers.range.z_far));
+        ldi::glb_options glb;
+        glb.camera = made.layers.camera;
+        REQUIRE(ldi::encode_glb(made.mesh, made.atlas.color, glb).size() > 1000);  // refuses what is not finite
+        return std::nullopt;
+    } catch (const ldi::error& failure) {
+        REQUIRE(failure.code() == ldi::error_code::invalid_data);
+        return failure.details().found;
+    }
+}
+
+}  // namespace
+
+TEST_CASE(LDI_TEST_CONFIGURATION "photos of other shapes are refused before depth is estimated") {
+    int calls = 0;
+    const counted_estimator estimator{ldi::image<float>(4, 4, 1, 0.5F), &calls};
+    for (const auto& [height, width, channels] :
+         {std::array<std::size_t, 3>{0, 0, 3}, {0, 5, 3}, {5, 0, 3}, {5, 4, 4}, {5, 4, 1}, {5, 4, 0}}) {
+        const ldi::image<std::uint8_t> photo(height, width, channels);
+        const std::string found = std::to_string(height) + " x " + std::to_string(width) + " x " + std::to_string(channels);
+        CHECK_THROWS_WITH(ldi::make_photo3d(photo, estimator, ldi::diffusion_inpainter{}), Catch::Contains("found " + found));
+    }
+    CHECK(calls == 0);
+    CHECK_THROWS_WITH(ldi::for_sheets({}, 0, 0), Catch::Contains("found 0 x 0"));
+    CHECK_THROWS_AS(ldi::area_resize(ldi::image<std::uint8_t>(0, 0, 3), 4, 4), ldi::error);
+    CHECK_THROWS_AS(ldi::area_resize(ldi::image<std::uint8_t>(4, 4, 3), 0, 4), ldi::error);
+}
+
+TEST_CASE(LDI_TEST_CONFIGURATION "depth becomes a file of finite numbers, or is refused") {
+    for (const float wall : {0.0F, -0.0F, tiniest, 1e-38F, 1e-20F, 1e-9F, 1.0F, 1e6F, 1e20F, largest})
+        for (const float thing : {tiniest, 1e-38F, 1e-20F, 1e-9F, 0.5F, 1.0F, 1e6F, 1e20F, largest}) {
+            CAPTURE(wall, thing);
+            CHECK_FALSE(complaint_about(two_values(wall, thing), true, false));
+            CHECK_FALSE(complaint_about(two_values(wall, thing), false, false));
+            CHECK_FALSE(complaint_about(two_values(-wall, thing), false, false));
+            const float nearest = 1.0F / std::max(wall, thing);
+            CHECK(complaint_about(two_values(wall, thing), true, true).has_value() == !(nearest >= 1e-6F && nearest <= 1e9F));
+        }
+    for (const bool is_inverse_depth : {false, true}) {
+        CHECK(complaint_about(two_values(1.0F, infinity), is_inverse_depth, false) == "inf");
+        CHECK(complaint_about(two_values(-infinity, 1.0F), is_inverse_depth, false) == "-inf");
+        CHECK(complaint_about(two_values(1.0F, not_a_number), is_inverse_depth, false) == "nan");
+    }
+    CHECK(complaint_about(two_values(1.0F, -0.25F), true, false) == "-0.25");
+    CHECK(complaint_about(two_values(0.0F, 0.0F), true, false).has_value());
+    CHECK_FALSE(complaint_about(two_values(0.0F, 0.0F), false, false));
+}
+
+TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 is far, as a sky is") {
+    const ldi::image<std::uint8_t> photo(48, 64, 3, std::uint8_t{90});
+    const ldi::given_disparity depth{two_values(0.0F, 0.5F)};
+    const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{});
+    CHECK(made.disparity(2, 2) == 0.0F);
+    CHECK(made.disparity(24, 32) == 1.0F);
+    CHECK(made.layers.range.z_far == Approx(50.0F * made.layers.range.z_near));
+    CHECK(made.layers.size() > photo.height() * photo.width());  // the sky goes on behind the thing
+}
+
+TEST_CASE(LDI_TEST_CONFIGURATION "options from which numbers would overflow are refused") {
+    const ldi::image<std::uint8_t> photo(4, 6, 3, std::uint8_t{90});
+    const auto found = [&](auto&& change) -> std::string {
+        ldi::photo3d_options options;
+        change(options);
+        try {
+            ldi::make_photo3d(photo, ldi::given_disparity{ldi::image<float>(4, 6, 1, 0.5F)}, ldi::diffusion_inpainter{}, options);
+        } catch (const ldi::error& failure) {
+            REQUIRE(failure.code() == ldi::error_code::invalid_option);
+            return failure.details().found;
+        }
+        return "nothing";
+    };
+    for (const float bad : {0.0F, tiniest, infinity, not_a_number, -1.0F}) {
+        CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.surface.largest_step = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.largest_depth_ratio = bad; }) != "nothing");
+        CHECK(found([&](ldi::photo3d_options& o) { o.normalize.assumed_range.z_near = bad; }) != "nothing");
+    }
+    CHECK(found([&](ldi::photo3d_options& o) { o.focal_length_35mm = infinity; }) == "1536 and inf");
+    CHECK(found([&](ldi::photo3d_options& o) { o.normalize.relative_step = infinity; }) == "0.001, inf, 0.02, 50");
+    CHECK(found([&](ldi::photo3d_options& o) { o.expand.motion = not_a_number; }) == "nan");
+}
