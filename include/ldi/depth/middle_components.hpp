@@ -201,6 +201,7 @@ private:
 /// A component of fewer than `smallest_size` pixels that touches both nearer and farther pixels takes the disparity of the side
 /// that it touches along more pixel sides (the farther one where they are equal), spreading inwards from there. One that touches
 /// only one side is no middle value (a small thing in front, or a small hole) and stays. Returns the number of components merged.
+/// Linear time, but for a binary search in a row per pixel of a small component; up to 60 bytes per pixel.
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);

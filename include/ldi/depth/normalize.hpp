@@ -81,7 +81,8 @@ inline buffer<float> checked_values(image_view<const float> source, bool is_inve
 /// Disparity = 1 - (highest - value) / span, clamped. `highest` and `lowest` are the values that clipped_share leaves out at
 /// either end; span is highest - lowest, or more where a step of the source would exceed largest_step. Raises
 /// error_code::mismatch for another shape; error_code::invalid_data if a value is not finite, inverse depth is below 0 or nowhere
-/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option.
+/// above it, or the nearest surface is not between 1e-6 and 1e9 meters away; error_code::invalid_option. Linear time; 8 bytes per
+/// sample.
 inline normalized_disparity normalize(image_view<const float> source, const normalize_options& options = {}) {
     detail::check(options);
     buffer<float> sorted = detail::checked_values(source, options.is_inverse_depth);

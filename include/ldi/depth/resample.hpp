@@ -207,7 +207,8 @@ private:
 /// H x W x 1. Where the map has no edge within three samples it is interpolated bilinearly; next to an edge a pixel takes the
 /// weighted median of the 7 x 7 samples around it, weighted by distance and by likeness in color, smoothed over the samples on
 /// the median's side. A map at least as fine as the photo is point-sampled instead. Raises error_code::mismatch if there is
-/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0.
+/// no pixel or the channels are others, error_code::invalid_option if a sigma is not above 0. Linear time; 4 bytes per pixel and
+/// 16 per sample.
 template <executor Executor = const serial_executor>
 image<float> resample_to_photo(image_view<const float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                                const resample_options& options = {}, Executor&& threads = {}) {

@@ -217,7 +217,8 @@ private:
 /// disparity  H x W x 1, finite
 ///
 /// H x W x 1. A sample with one of its 4 neighbors on another surface has no weight, nor have those outside the image. A pixel
-/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0.
+/// none of whose samples has weight keeps its value. Raises error_code::invalid_option if sigma is not above 0. Linear time; 9
+/// bytes per pixel.
 template <executor Executor = const serial_executor>
 image<float> weighted_median(image_view<const float> disparity, surface_rule surface = {},
                              const weighted_median_options& options = {}, Executor&& threads = {}) {

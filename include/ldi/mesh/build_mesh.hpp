@@ -162,7 +162,8 @@ private:
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
-/// position, bit for bit, and the same edges between them.
+/// position, bit for bit, and the same edges between them. Time is linear but for sorting, simplification and the edges that one
+/// scanline crosses; 30 bytes per pixel, and up to 100 where pixels are surfaces of their own.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
 textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
                          const visible_silhouettes& seen, const mesh_options& options, Executor&& threads = {}) {

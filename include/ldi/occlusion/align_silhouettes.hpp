@@ -257,7 +257,8 @@ inline void check_alignment(image_view<const float> disparity, image_view<const 
 /// photo      H x W x 3
 ///
 /// Raises error_code::mismatch if the images differ in size, error_code::invalid_option if the uncertainty is not from 0 to 256
-/// or the stiffness is below 0.
+/// or the stiffness is below 0. Time is linear in the pixels and in the length of all curves times the uncertainty. Memory is 10
+/// bytes per pixel, 8 per pixel that a curve passes over, and 26 times the uncertainty per pixel side of the longest curve.
 template <executor Executor = const serial_executor>
 void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_t> photo, surface_rule surface = {},
                        const alignment_options& options = {}, Executor&& threads = {}) {

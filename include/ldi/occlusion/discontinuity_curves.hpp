@@ -64,7 +64,8 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 }  // namespace detail::curves
 
 /// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
-/// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order.
+/// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order. Time is
+/// linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);

@@ -173,6 +173,9 @@ private:
 /// from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other
 /// column follows its own rule (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+///
+/// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
+/// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
                                  const expand_options& options = {}, const progress_listener& progress = {},

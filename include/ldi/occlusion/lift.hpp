@@ -49,7 +49,7 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
 ///
 /// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
 /// distances go from 1 to 10, unless the caller knows better. Raises error_code::mismatch if the images differ in size or have no
-/// pixel, error_code::too_large if they have 2^31 or more.
+/// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
                  Executor&& threads = {}) {

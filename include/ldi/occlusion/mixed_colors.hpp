@@ -172,7 +172,7 @@ private:
 ///
 /// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Returns the matte, H x W x 1: within
 /// reach of a silhouette, the share that the nearer surface has in the photo's color, 0 to 255; elsewhere 0. Raises
-/// invalid_option.
+/// invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all lie there.
 template <payload_column... Columns>
 image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);

@@ -106,7 +106,8 @@ inline void check_options(const texture_options& options) {
 /// add_grain()
 ///
 /// Raises invalid_option as add_grain() does, and for a strength, crest or tolerance that is not in [0, 100], [0, 1000] or [0,
-/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60].
+/// 255], a reach that is not in [1, 200], or rounds that are not in [1, 60]. Linear time; up to 150 bytes per pixel, where all
+/// are unknown or near.
 template <has_columns<color_column, known_column> Layers>
 void add_texture(Layers& layers, const texture_options& options = {}, const grain_options& grain = {}) {
     detail::check_options(options);

@@ -42,6 +42,8 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 /// known pixel behind them. Call it after unmix_colors() and before expand().
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
+///
+/// Linear time, whatever the width; up to 150 bytes per pixel, where all lie within it.
 template <payload_column... Columns>
 uncertain_rims set_aside_rims(single_layer<Columns...>& layers, int width) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
