@@ -1,7 +1,7 @@
-// Peak memory of every stage from photo to mesh, in bytes per pixel of the photo, on depth maps that are as hard as can be
-// (tests/support/hard_maps.hpp), coarse and fine.
+// Peak memory of each stage from photo to mesh, in bytes per pixel of the photo, on depth maps that are hard on it
+// (tests/support/hard_maps.hpp), from 16 x 12 samples up to the photo's size. Prints the tables of bench/photo3d/README.md.
 //
-//     ldi_bench_photo3d_peaks [WIDTH HEIGHT [MAP WIDTH HEIGHT UNIT]]
+//     ldi_bench_photo3d_peaks [WIDTH]     of the photo, which is 3 / 4 as high; 1536 where absent
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/hard_maps.hpp"
 #include "tests/support/stage_peaks.hpp"
@@ -9,57 +9,83 @@
 #include <ldi/occlusion/diffusion_inpainter.hpp>
 #include <ldi/photo3d.hpp>
 
-#include <chrono>
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace {
 
-void measure(const ldi::image<std::uint8_t>& photo, std::string_view name, std::size_t rows, std::size_t columns,
-             std::size_t unit) {
+/// Bytes per pixel of each stage, and the number of hidden pixels per pixel.
+struct row {
+    std::vector<double> peaks;
+    double hidden = 0;
+
+    void widen(const row& other) {
+        peaks.resize(other.peaks.size(), 0);
+        for (std::size_t i = 0; i < peaks.size(); ++i) peaks[i] = std::max(peaks[i], other.peaks[i]);
+        hidden = std::max(hidden, other.hidden);
+    }
+    void print(const std::string& name) const {
+        std::printf("| %s ", name.c_str());
+        for (const double peak : peaks) std::printf("| %.0f ", peak);
+        std::printf("| %.1f |\n", hidden);
+    }
+};
+
+void print_header(const char* first, const std::vector<std::string>& stages) {
+    std::printf("\n| %s ", first);
+    for (const std::string& stage : stages) std::printf("| %s ", stage.c_str());
+    std::printf("| hidden pixels |\n|---|");
+    for (std::size_t i = 0; i <= stages.size(); ++i) std::printf("---|");
+    std::printf("\n");
+}
+
+row measure(const ldi::image<std::uint8_t>& photo, const ldi::image<float>& map, std::vector<std::string>& stages) {
     ldi::testing::counted_memory own;
     ldi::testing::stage_peaks peaks(own);
     ldi::photo3d_options options;
-    options.long_side = std::max(photo.height(), photo.width());
+    options.long_side = photo.width();
     options.progress = peaks.listener();
     const double pixels = static_cast<double>(photo.height() * photo.width());
-    std::printf("%-13s %4zu x %-4zu %2zu ", std::string(name).c_str(), columns, rows, unit);
-    std::fflush(stdout);
-    const auto start = std::chrono::steady_clock::now();
-    std::string found;
-    std::size_t hidden = 0, curves = 0, charts = 0, triangles = 0;
-    try {
-        const ldi::memory_scope scope(own.source);
-        const ldi::photo3d made = ldi::make_photo3d(photo, ldi::given_disparity{ldi::test::hard_map(name, rows, columns, unit)},
-                                                    ldi::diffusion_inpainter{}, options);
-        hidden = made.layers.size() - photo.height() * photo.width(), curves = made.curves.size(),
-        charts = made.charts.charts.size(), triangles = made.mesh.triangle_count();
-    } catch (const ldi::error& e) {
-        found = e.what();
+    const ldi::memory_scope scope(own.source);
+    const ldi::photo3d made = ldi::make_photo3d(photo, ldi::given_disparity{map}, ldi::diffusion_inpainter{}, options);
+    row result;
+    result.hidden = static_cast<double>(made.layers.size()) / pixels - 1;
+    stages.clear();
+    for (const auto& stage : peaks.stages) {
+        stages.push_back(stage.name);
+        result.peaks.push_back(static_cast<double>(stage.peak) / pixels);
     }
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    for (const auto& stage : peaks.stages) std::printf("%6.0f", static_cast<double>(stage.peak) / pixels);
-    std::printf("  %6.2f us/px  hidden %.2f curves %zu charts %zu triangles %zu  %s\n", taken.count() * 1e6 / pixels,
-                static_cast<double>(hidden) / pixels, curves, charts, triangles, found.c_str());
+    return result;
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-    const auto number = [&](int i, std::size_t otherwise) {
-        return i < count ? static_cast<std::size_t>(std::atoll(arguments[i])) : otherwise;
-    };
-    const ldi::image<std::uint8_t> photo = ldi::test::noisy_photo(number(2, 576), number(1, 768));
-    if (count > 3) {
-        measure(photo, arguments[3], number(5, 72), number(4, 96), number(6, 1));
-        return 0;
-    }
-    for (const std::string_view name : ldi::test::hard_maps) {
-        for (std::size_t columns = 16; columns <= photo.width(); columns *= 4)
-            for (const std::size_t unit : {std::size_t{1}, std::size_t{6}})
-                if (3 * unit < columns) measure(photo, name, columns * photo.height() / photo.width(), columns, unit);
-        for (const std::size_t unit : {std::size_t{1}, std::size_t{6}, std::size_t{24}})
-            measure(photo, name, photo.height(), photo.width(), unit);
-    }
+    const std::size_t width = count > 1 ? static_cast<std::size_t>(std::atoll(arguments[1])) : 1536, height = 3 * width / 4;
+    const ldi::image<std::uint8_t> photo = ldi::test::noisy_photo(height, width);
+    std::vector<std::string> stages;
+    std::vector<row> by_map(std::size(ldi::test::hard_maps));
+    std::vector<std::pair<std::string, row>> by_size;
+    for (const std::size_t columns : {std::size_t{16}, std::size_t{96}, std::size_t{384}, width})
+        for (const std::size_t unit : {std::size_t{1}, std::size_t{6}}) {
+            if (columns < 8 * unit) continue;
+            const std::size_t rows = 3 * columns / 4;
+            by_size.emplace_back(std::to_string(columns) + " x " + std::to_string(rows) + ", " + std::to_string(unit), row());
+            for (std::size_t m = 0; m < by_map.size(); ++m) {
+                const row measured = measure(photo, ldi::test::hard_map(ldi::test::hard_maps[m], rows, columns, unit), stages);
+                by_map[m].widen(measured), by_size.back().second.widen(measured);
+                std::fprintf(stderr, "%s, %s\n", by_size.back().first.c_str(), std::string(ldi::test::hard_maps[m]).c_str());
+            }
+        }
+    std::printf("Photo of %zu x %zu\n", width, height);
+    print_header("map, and width of what it shows, in samples", stages);
+    for (const auto& [name, worst] : by_size) worst.print(name);
+    print_header("map", stages);
+    for (std::size_t m = 0; m < by_map.size(); ++m) by_map[m].print(std::string(ldi::test::hard_maps[m]));
 }

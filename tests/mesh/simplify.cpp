@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -112,6 +113,37 @@ TEST_CASE("Splitting every edge again and again brings the detailed boundary bac
 }
 
 #if LDI_HAS_EXCEPTIONS
+TEST_CASE(
+    "By default no edge of a slanted surface's border shifts its texture by more than half a pixel, nor is split needlessly") {
+    const ldi::depth_range range{1.0F, 4.0F};
+    for (const std::int32_t width : {37, 64, 150, 331, 512}) {
+        const ldi::graph g = ldi::make_grid(width, 3);
+        ldi::buffer<float> disparity;
+        for (std::int32_t i = 0; i < g.count(); ++i) disparity.push_back(static_cast<float>(g.x[i]) / static_cast<float>(width));
+        ldi::chart_set charts;
+        charts.chart_of.assign(g.size(), 0);
+        ldi::chart& all = charts.charts.emplace_back();
+        all.width = width, all.height = 3;
+        for (std::int32_t i = 0; i < g.count(); ++i) all.pixels.push_back(i);
+        const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
+        const ldi::simplified_boundary boundary(outlines, {}, range);
+        for (std::int32_t p = 0; p < outlines.pieces.count(); ++p) {
+            const auto kept = boundary.corners(p);
+            const auto shift = [&](std::size_t from, std::size_t to) {
+                const ldi::outline_corner &a = outlines.corners[kept[from]], &b = outlines.corners[kept[to]];
+                const float length = std::hypot(static_cast<float>(b.x - a.x), static_cast<float>(b.y - a.y));
+                return length <= 1.0F ? 0.0F : range.texture_shift(length, a.disparity, b.disparity);
+            };
+            CAPTURE(width, p, kept.size());
+            for (std::size_t k = 0; k + 1 < kept.size(); ++k) CHECK(shift(k, k + 1) <= 0.5F);
+            // Edges come in pairs that were one before: some pair, at least, would have shifted too far.
+            float largest = 0;
+            for (std::size_t k = 0; k + 2 < kept.size(); ++k) largest = std::max(largest, shift(k, k + 2));
+            if (kept.size() > 4) CHECK(largest > 0.5F);
+        }
+    }
+}
+
 TEST_CASE("Negative tolerances raise an error") {
     const ldi::chart_outlines outlines;
     REQUIRE_THROWS_AS(ldi::simplified_boundary(outlines, options_with(-1.0F, 0.01F)), ldi::error);

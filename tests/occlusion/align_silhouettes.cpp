@@ -113,6 +113,19 @@ TEST_CASE("only disparities of the map occur after aligning, on any number of th
     }
 }
 
+TEST_CASE("single glints beside a silhouette do not draw it to them") {
+    // Surfaces that differ little, and right of their edge, in every twelfth row, a pixel far brighter than both.
+    scene s = make_scene(72, 100, 0.0F, 0.0F, {100, 100, 100}, {70, 70, 70}, 0.0F, [](float x, float) { return x < 50.0F; });
+    for (const std::size_t distance : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+        CAPTURE(distance);
+        scene glints = s;
+        for (std::size_t y = 6; y < 72; y += 12)
+            for (std::size_t c = 0; c < 3; ++c) glints.photo(y, 50 + distance, c) = 255;
+        ldi::align_silhouettes(glints.given, glints.photo);
+        CHECK(share_wrong(glints.given, s.truth) == 0.0);
+    }
+}
+
 TEST_CASE("images of different sizes and options that make no sense are refused") {
     ldi::image<float> map(10, 12);
     const ldi::image<std::uint8_t> photo(10, 12, 3);

@@ -7,6 +7,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -247,6 +248,45 @@ TEST_CASE(
         }
     }
     CHECK(seen.size() == 900);
+}
+
+TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the line at its end") {
+    constexpr std::size_t size = 120;
+    for (float angle = 0.05F; angle < 6.28F; angle += 0.26F) {
+        const float along_x = std::cos(angle), along_y = std::sin(angle);
+        ldi::image<float> map(size, size);
+        for (std::size_t y = 0; y < size; ++y)
+            for (std::size_t x = 0; x < size; ++x) {
+                const float dx = static_cast<float>(x) - 59.5F, dy = static_cast<float>(y) - 59.5F;
+                map(y, x) = dy * along_x - dx * along_y > 0.0F ? 0.9F : 0.1F;
+            }
+        const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+        auto curves = ldi::find_discontinuity_curves(lifted);
+        REQUIRE(curves.size() == 1);
+        // The part of the silhouette that leads up to the middle, from either side.
+        const auto outward_at = [&](float x, float y) { return (x - 60.0F) * along_x + (y - 60.0F) * along_y; };
+        ldi::buffer<ldi::discontinuity> kept;
+        for (const ldi::discontinuity& d : curves[0].sides)
+            if (outward_at(static_cast<float>(lifted.topology.x[d.back]) + 0.5F,
+                           static_cast<float>(lifted.topology.y[d.back]) + 0.5F) < 0)
+                kept.push_back(d);
+        curves[0].sides = kept;
+        curves[0].constraints = {{60.0F, 60.0F, along_x, along_y, -along_y, along_x}};
+        ldi::expand_options options;
+        options.motion = 0.25F;
+        const ldi::photo_layers expanded = ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+        std::size_t hidden = 0, past = 0;
+        for (std::int32_t i = 0; i < expanded.topology.count(); ++i) {
+            if (expanded.column<ldi::known_column>()[i] != 0) continue;
+            ++hidden;
+            const float x = static_cast<float>(expanded.topology.x[i]) + 0.5F,
+                        y = static_cast<float>(expanded.topology.y[i]) + 0.5F;
+            past += outward_at(x, y) > 0.0F ? 1U : 0U;
+        }
+        CAPTURE(angle, kept.size());
+        CHECK(hidden > 50 * 20);
+        CHECK(past == 0);
+    }
 }
 
 TEST_CASE("growth can be canceled, and refuses senseless options") {

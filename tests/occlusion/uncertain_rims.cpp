@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 namespace {
 
@@ -62,6 +63,29 @@ TEST_CASE("what looks like the foreground keeps the color that continues the bac
         if (x >= 20) continue;
         REQUIRE(layer.at<ldi::color_column>(i)[0] == 20);
         REQUIRE(layer.column<ldi::known_column>()[i] == (x < 18 ? 1 : 0));
+    }
+}
+
+TEST_CASE("fuzz keeps the background's color where the foreground's differs by more than 40, and comes back below that") {
+    for (const auto& [difference, is_fuzz] : {std::pair{30, false}, {36, false}, {44, true}, {60, true}, {75, true}}) {
+        CAPTURE(difference);
+        ldi::photo_layer layer = fuzzy_scene(2);
+        // Red alone tells the thing and its fuzz from the wall.
+        const auto repaint = [&](std::int32_t i) {
+            const auto color = layer.at<ldi::color_column>(i);
+            color[0] = static_cast<std::uint8_t>(color[0] == 200 ? 100 + difference : 100), color[1] = 50;
+        };
+        for (std::int32_t i = 0; i < layer.topology.count(); ++i) repaint(i);
+        const ldi::photo_layer before = layer;
+        const ldi::uncertain_rims rims = ldi::set_aside_rims(layer, 4);
+        paint_unknown(layer, 100, 50);
+        ldi::put_back(layer, rims);
+        for (std::int32_t i = 0; i < layer.topology.count(); ++i) {
+            const std::int32_t x = layer.topology.x[i];
+            if (x != 18 && x != 19) continue;
+            REQUIRE(layer.column<ldi::known_column>()[i] == (is_fuzz ? 0 : 1));
+            REQUIRE(layer.at<ldi::color_column>(i)[0] == (is_fuzz ? 100 : before.at<ldi::color_column>(i)[0]));
+        }
     }
 }
 
