@@ -85,7 +85,7 @@ TEST_CASE("sizes that no memory has are refused, whatever their product wraps ar
                                                   {1, half, half},
                                                   {half, 1, half},
                                                   {1, most, 1},
-                                                  {most / 8, 1, 1},
+                                                  {most / 4, 1, 1},
                                                   {3, most / 8, 2},
                                                   {0, half, half}}) {
         CAPTURE(height, width, channels);

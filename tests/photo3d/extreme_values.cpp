@@ -85,8 +85,8 @@ TEST_CASE(LDI_TEST_CONFIGURATION "photos of other shapes are refused before dept
 }
 
 TEST_CASE(LDI_TEST_CONFIGURATION "depth becomes a file of finite numbers, or is refused") {
-    for (const float wall : {0.0F, -0.0F, tiniest, 1e-38F, 1e-20F, 1e-9F, 1.0F, 1e6F, 1e20F, largest})
-        for (const float thing : {tiniest, 1e-38F, 1e-20F, 1e-9F, 0.5F, 1.0F, 1e6F, 1e20F, largest}) {
+    for (const float wall : {0.0F, -0.0F, tiniest, 1e-38F, 1e-20F, 2e-9F, 1.0F, 1e6F, 1e20F, largest})
+        for (const float thing : {tiniest, 1e-38F, 1e-20F, 2e-9F, 0.5F, 1.0F, 1e6F, 1e20F, largest}) {
             CAPTURE(wall, thing);
             CHECK_FALSE(complaint_about(two_values(wall, thing), true, false));
             CHECK_FALSE(complaint_about(two_values(wall, thing), false, false));
