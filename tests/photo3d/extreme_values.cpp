@@ -15,7 +15,7 @@
 #include <optional>
 #include <string>
 
-// extreme_values_release.cpp compiles this file without assertions.
+// Another file may compile this one in another configuration.
 #ifndef LDI_TEST_CONFIGURATION
 #define LDI_TEST_CONFIGURATION ""
 #endif
