@@ -7,53 +7,92 @@
 #include <unistd.h>
 #endif
 
+#if defined(__SANITIZE_ADDRESS__)
+#define LDI_TEST_COUNTS_BLOCKS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define LDI_TEST_COUNTS_BLOCKS
+#endif
+#endif
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+#include <sanitizer/allocator_interface.h>
+#endif
+
+#include <atomic>
+#include <cstddef>
 #include <optional>
 
 namespace ldi::testing {
 
-// Sanitizers keep what has been freed.
-#if defined(__SANITIZE_ADDRESS__)
-inline constexpr bool measures_memory = false;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-inline constexpr bool measures_memory = false;
-#else
-inline constexpr bool measures_memory = true;
-#endif
-#elif defined(__linux__)
+#if defined(__linux__)
 inline constexpr bool measures_memory = true;
 #else
 inline constexpr bool measures_memory = false;
 #endif
 
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+inline std::atomic<long long> bytes_out{0}, most_bytes_out{0};
+
+/// The address sanitizer keeps what has been freed, but counts.
+inline void count_blocks() {
+    __sanitizer_install_malloc_and_free_hooks(
+        [](const volatile void*, std::size_t bytes) {
+            const long long out = bytes_out += static_cast<long long>(bytes);
+            long long most = most_bytes_out;
+            while (out > most && !most_bytes_out.compare_exchange_weak(most, out)) {
+            }
+        },
+        [](const volatile void* block) {
+            bytes_out -= static_cast<long long>(__sanitizer_get_allocated_size(const_cast<const void*>(block)));
+        });
+}
+#endif
+
 #if defined(__linux__)
-namespace detail {
+/// Bytes that a child process takes which calls; nothing where it ends by a signal.
 template <class Call>
 std::optional<double> peak_of_child(Call&& call) {
+    int channel[2];
+    if (pipe(channel) != 0) return std::nullopt;
     const pid_t child = fork();
     if (child == 0) {
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+        count_blocks();
+#endif
         try {
             call();
         } catch (...) {
         }
-        _exit(0);
+        double counted = 0;
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+        counted = static_cast<double>(most_bytes_out);
+#endif
+        _exit(write(channel[1], &counted, sizeof counted) == sizeof counted ? 0 : 1);
     }
+    close(channel[1]);
     int status = 0;
     rusage used = {};
-    if (child < 0 || wait4(child, &status, 0, &used) != child || status != 0) return std::nullopt;
+    double counted = 0;
+    const bool has_ended = child > 0 && wait4(child, &status, 0, &used) == child && status == 0 &&
+                           read(channel[0], &counted, sizeof counted) == sizeof counted;
+    close(channel[0]);
+    if (!has_ended) return std::nullopt;
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+    return counted;
+#else
     return static_cast<double>(used.ru_maxrss) * 1024;
+#endif
 }
-}  // namespace detail
 #endif
 
-/// Bytes of resident memory, of a child process, beyond those of one that does nothing. The call may throw; nothing where it ends
-/// by a signal. 0 where memory is not measured.
+/// Bytes of memory that a call takes, beyond those of one that does nothing. It is made in a child process, and may throw;
+/// nothing where it ends by a signal. 0 where memory is not measured.
 template <class Call>
 std::optional<double> peak_memory(Call&& call) {
 #if defined(__linux__)
-    const std::optional<double> before = detail::peak_of_child([] {}), after = detail::peak_of_child(call);
+    const std::optional<double> before = peak_of_child([] {}), after = peak_of_child(call);
     if (!before || !after) return std::nullopt;
-    return measures_memory ? *after - *before : 0.0;
+    return *after - *before;
 #else
     try {
         call();

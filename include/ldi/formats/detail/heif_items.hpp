@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,21 +37,30 @@ public:
     /// The picture that the file shows.
     picture_header take_primary(decoding_budget& budget) { return take(boxes_.primary, budget, where_); }
 
-    /// The auxiliary picture of depth that belongs to it, if there is one.
-    std::optional<picture_header> take_depth(decoding_budget& budget) {
+    /// Whether auxiliary pictures of depth belong to it. Takes all of them: libheif says which one it decodes.
+    bool take_depth(decoding_budget& budget) {
         const auto primary = boxes_.items.find(boxes_.primary);
-        if (primary == boxes_.items.end()) return std::nullopt;
-        for (const std::uint32_t id : primary->second.auxiliaries)
-            if (is_auxiliary(id, "urn:mpeg:hevc:2015:auxid:2") || is_auxiliary(id, "urn:mpeg:mpegB:cicp:systems:auxiliary:depth"))
-                return take(id, budget, where_ + ", depth");
-        return std::nullopt;
+        if (primary == boxes_.items.end()) return false;
+        bool is_there = false;
+        for (const std::uint32_t id : primary->second.auxiliaries) {
+            if (!is_auxiliary(id, "urn:mpeg:hevc:2015:auxid:2") &&
+                !is_auxiliary(id, "urn:mpeg:mpegB:cicp:systems:auxiliary:depth"))
+                continue;
+            take(id, budget, where_ + ", depth");
+            is_there = true;
+        }
+        return is_there;
     }
 
 private:
     /// What decoding an item takes.
-    struct cost {  // is_foreign: some of it is coded in a way whose size is not known
-        double width = 0, height = 0, memory = 0, pixels = 0, pictures = 0;
-        bool is_deep = false, is_foreign = false, is_known = false;
+    struct cost {
+        double width = 0, height = 0, memory = 0;
+        double pixels = 0;        ///< of all pictures, each as often as it is decoded, turned or cropped
+        double pictures = 0;      ///< each as often as it is decoded
+        bool is_deep = false;     ///< more than 8 bits per sample
+        bool is_foreign = false;  ///< coded in a way of which no size is known here
+        bool is_known = false;    ///< else it is being found
     };
 
     // Beyond what any camera writes: a grid of 4,096 tiles of 512 x 512 pixels has a gigapixel.
