@@ -45,7 +45,7 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
         file.push_back(static_cast<std::byte>(writing.transparent)), file.push_back(std::byte{0});
     }
     std::vector<std::uint32_t> rows;
-    for (const auto [begin, step] : writing.interlaced
+    for (const auto& [begin, step] : writing.interlaced
                                         ? std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 8}, {4, 8}, {2, 4}, {1, 2}}
                                         : std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}})
         for (std::uint32_t y = begin; y < height; y += step) rows.push_back(y);

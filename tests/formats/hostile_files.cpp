@@ -272,7 +272,7 @@ TEST_CASE("the codes of a GIF file stand for as many pixels as it has") {
 TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and not far above it") {
     constexpr std::size_t height = 1400, width = 2000;
     const image<std::uint8_t> color = smooth_picture(height, width, 3);
-    image<std::uint8_t> transparent(height, width, 4, 99);
+    const image<std::uint8_t> transparent(height / 2, width / 2, 4, 99), plain(height / 2, width / 2, 3, 99);
     const byte_string rows(reinterpret_cast<const std::byte*>(color.data()),
                            reinterpret_cast<const std::byte*>(color.data()) + color.size());
     std::vector<std::pair<std::string, byte_string>> files = {
@@ -293,7 +293,8 @@ TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and 
 #if defined(LDI_WITH_LIBHEIF)
     for (const heif_compression_format format : {heif_compression_HEVC, heif_compression_AV1})
         if (const std::optional<byte_string> file = heif_file_of(transparent, {format, {}, {}, 0})) {
-            files.emplace_back("HEIF " + std::to_string(format), *file);
+            files.emplace_back("HEIF " + std::to_string(format), *heif_file_of(plain, {format, {}, {}, 0}));
+            files.emplace_back("HEIF with alpha " + std::to_string(format), *file);
             files.emplace_back("HEIF with depth " + std::to_string(format), alpha_called_depth(*file));
         }
 #endif
@@ -307,16 +308,15 @@ TEST_CASE("an estimate is an upper bound of the memory that decoding takes, and 
 #endif
     for (const auto& [name, file] : files) {
         INFO(name);
-        const decoding_estimate estimate = estimate_photo_with_depth(file);
+        const double estimate = static_cast<double>(estimate_photo_with_depth(file).memory - detail::max_profile_memory);
         const std::optional<double> measured = peak_memory([&file = file] {
             photo_with_depth found = decode_photo_with_depth(file);
             if (found.depth) fill_invalid(std::move(found.depth->disparity));
         });
         REQUIRE(measured);
-        INFO(*measured / megabyte << " MB measured, " << static_cast<double>(estimate.memory) / megabyte << " estimated");
-        CHECK(*measured < static_cast<double>(estimate.memory) + 2 * megabyte);
-        if (measures_memory)
-            CHECK(static_cast<double>(estimate.memory - detail::max_profile_memory) < 6 * *measured + 3 * megabyte);
+        INFO(*measured / megabyte << " MB measured, " << estimate / megabyte << " estimated");
+        CHECK(*measured < estimate + 5 * megabyte);  // libraries' tables, and what malloc() keeps
+        if (measures_memory) CHECK(estimate < 2 * *measured + 5 * megabyte);
     }
     const std::optional<double> measured = peak_memory([&] { fill_invalid(decode_depth_map(depth)); });
     CHECK(*measured < static_cast<double>(estimate_depth_map(depth).memory) + 2 * megabyte);

@@ -2,6 +2,7 @@
 #pragma once
 
 #if defined(__linux__)
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -56,6 +57,10 @@ std::optional<double> peak_of_child(Call&& call) {
     if (pipe(channel) != 0) return std::nullopt;
     const pid_t child = fork();
     if (child == 0) {
+#if defined(__GLIBC__)
+        mallopt(M_MMAP_THRESHOLD, 1 << 16);  // what is freed goes back at once
+        mallopt(M_TRIM_THRESHOLD, 1 << 16);
+#endif
 #if defined(LDI_TEST_COUNTS_BLOCKS)
         count_blocks();
 #endif
@@ -90,6 +95,9 @@ std::optional<double> peak_of_child(Call&& call) {
 template <class Call>
 std::optional<double> peak_memory(Call&& call) {
 #if defined(__linux__)
+#if defined(__GLIBC__)
+    malloc_trim(0);  // or the child would find what it takes among what was freed before
+#endif
     const std::optional<double> before = peak_of_child([] {}), after = peak_of_child(call);
     if (!before || !after) return std::nullopt;
     return *after - *before;

@@ -42,7 +42,7 @@ struct photo {
 };
 
 struct photo_options {
-    picture_limits limits;
+    picture_limits limits = {};
     picture_formats formats = {};  ///< those that are read, of the photo and of the depth inside it
 };
 

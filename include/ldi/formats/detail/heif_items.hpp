@@ -58,7 +58,7 @@ private:
         double width = 0, height = 0, memory = 0;
         double pixels = 0;        ///< of all pictures, each as often as it is decoded, turned or cropped
         double pictures = 0;      ///< each as often as it is decoded
-        bool is_deep = false;     ///< more than 8 bits per sample
+        double per_pixel = 0;     ///< bytes
         bool is_foreign = false;  ///< coded in a way of which no size is known here
         bool is_known = false;    ///< else it is being found
     };
@@ -79,7 +79,7 @@ private:
         header.format = picture_format::heif;
         header.width = static_cast<std::size_t>(c.width), header.height = static_cast<std::size_t>(c.height);
         if (header.width == 0 || header.height == 0) broken("an empty picture");
-        header.more_memory = c.memory;
+        header.more_memory = c.memory + 4e6;  // the decoder itself
         budget.take(header, where);
         budget.take_samples(3 * c.pixels, where,
                             "pictures of " + std::to_string(static_cast<std::uint64_t>(c.pixels)) + " pixels");
@@ -128,8 +128,7 @@ private:
 
     /// Adds the picture itself.
     static void add_own(cost& c) {
-        // As coded (at most 3 samples), in tiles and together, and as RGB.
-        c.memory += c.width * c.height * (c.is_deep ? 18 : 10);
+        c.memory += c.width * c.height * c.per_pixel;
         c.pixels *= c.width * c.height;
     }
 
@@ -147,7 +146,10 @@ private:
             }
         }
         c.width = (std::max)(c.width, nearest_double(size.width)), c.height = (std::max)(c.height, nearest_double(size.height));
-        c.is_deep = size.is_deep, c.pictures = 1;
+        // As coded (at most 3 samples), in tiles and together, and as RGB; what an AV1 decoder keeps beside.
+        const bool is_av1 = item.type == "av01";
+        c.per_pixel = size.is_deep ? (is_av1 ? 24 : 18) : is_av1 ? 15 : 10;
+        c.pictures = 1;
         c.is_foreign = item.type != "hvc1" && item.type != "av01";
         add_own(c);
     }
@@ -158,7 +160,7 @@ private:
             const cost& source = cost_of(id, depth + 1);
             pixels += source.pixels, c.pictures += source.pictures;
             memory = (std::max)(memory, source.memory);
-            c.is_deep = c.is_deep || source.is_deep, c.is_foreign = c.is_foreign || source.is_foreign;
+            c.per_pixel = (std::max)(c.per_pixel, source.per_pixel), c.is_foreign = c.is_foreign || source.is_foreign;
             if (item.type == "iden") c.width = (std::max)(c.width, source.width), c.height = (std::max)(c.height, source.height);
         }
         ++c.pictures;
