@@ -48,6 +48,8 @@ readonly needs_service=("header amqp.h;librabbitmq-dev" "header curl/curl.h;libc
 readonly needs_service_tests=("module prometheus_client;python3-prometheus-client" "command ip;iproute2" "command ffmpeg;ffmpeg"
     "command node;nodejs" "command npm;npm" "command slurmctld;slurmctld" "command slurmd;slurmd" "command sbatch;slurm-client"
     "command munged;munge" "command amqp-publish;amqp-tools")
+readonly needs_hostile=("command python3;python3" "module numpy;python3-numpy" "module PIL;python3-pil" "command heif-enc;libheif-examples"
+    "command ffmpeg;ffmpeg")
 readonly needs_neon=("command aarch64-linux-gnu-g++;g++-aarch64-linux-gnu" "command qemu-aarch64;qemu-user")
 readonly needs_webassembly=("command em++;emscripten" "command node;nodejs")
 readonly needs_clang=("command clang++;clang" "command clang-format;clang-format" "library libclang_rt.fuzzer;libclang-rt-dev")

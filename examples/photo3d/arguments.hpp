@@ -38,8 +38,12 @@ struct arguments {
     int quality = 85;
     std::string inpaint;  // empty: by the network if its weights are found
     std::string arithmetic = "float32";
+    std::string formats;  // of pictures that are read; empty: all
     video_options video;
     compression_choice compression;
+
+    /// How photos are read, and the depth inside them.
+    photo_options reading() const { return {{}, formats.empty() ? picture_formats() : *picture_formats::parse(formats)}; }
 
     ldi::arithmetic inpainting_arithmetic() const {
         return arithmetic == to_string(ldi::arithmetic::int8) ? ldi::arithmetic::int8 : ldi::arithmetic::float32;
@@ -87,9 +91,10 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                " names,\nthen in " + (data / "models").string() + ":\n" + depth_weights + " and " + inpainting_weights + ".");
     const CLI::Validator named = examples::named();
     app.set_version_flag("--version", program_version, "print the version and exit");
-    app.add_option("PHOTO", a.photos,
-                   "JPEG or PNG; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries; - for standard input. "
-                   "With --batch also more of them, folders, lists")
+    app.add_option(
+           "PHOTO", a.photos,
+           "JPEG, PNG, GIF or BMP; HEIC, AVIF, WebP and TIFF where ldi was built with their libraries; - for standard input. "
+           "With --batch also more of them, folders, lists")
         ->required()
         ->check(named);
     app.add_option(
@@ -169,6 +174,13 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
                    "a picture for each eye: .jps, .mpo, or both side by side in .jpg or .png, the left one on the left")
         ->check(named);
     app.add_option("--usdz", a.usdz, "USDZ file to write, which iPhones, iPads and Macs show without a program")->check(named);
+    app.add_option(
+           "--formats", a.formats,
+           "what may be read of " + picture_formats().text() +
+               ", such as jpeg,png: photos, depth maps, and depth inside photos; anything else is refused before a decoder sees "
+               "it; default: all")
+        ->type_name("NAME,...")
+        ->check(formats_named());
     describe_batch(app, a);
     app.add_flag("--quiet", a.quiet, "print errors only");
 }

@@ -3,6 +3,7 @@
 
 #include "arguments.hpp"
 #include "conversion.hpp"
+#include "json_input.hpp"
 #include "messages.hpp"
 #include "outputs.hpp"
 
@@ -29,12 +30,12 @@ namespace ldi::examples {
 
 /// The photo and its files as a line of a list names them: "me.jpg", or an object. Raises invalid_data.
 inline photo_files read_list_line(const std::string& line, const std::string& where) {
-    const nlohmann::json value = nlohmann::json::parse(line, nullptr, false);
+    const nlohmann::json value = parse_json(line, where);
     photo_files names;
     const auto read = [&](std::filesystem::path& name, const nlohmann::json& text, const std::string& key) {
         if (!text.is_string() || text.get_ref<const std::string&>().empty() || text == "-")
             raise(error_code::invalid_data, where, "the name of a file for \"" + key + "\"",
-                  text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+                  text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 200));
         name = text.get_ref<const std::string&>();
     };
     const std::pair<const char*, std::filesystem::path*> known[] = {{"photo", &names.photo},
@@ -43,7 +44,8 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
                                                                     {"html", &names.html},
                                                                     {"report", &names.report}};
     if (!value.is_object()) {
-        if (!value.is_string()) raise(error_code::invalid_data, where, "an object or a text in JSON", "\"" + line + "\"");
+        if (!value.is_string())
+            raise(error_code::invalid_data, where, "an object or a text in JSON", "\"" + line.substr(0, 200) + "\"");
         read(names.photo, value, "photo");
         return names;
     }

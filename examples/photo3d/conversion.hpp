@@ -75,19 +75,20 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     if (!names.depth.empty()) {
         depth_map_options options = a.depth_map;
         options.white_is_near = !a.near_is_black;
+        options.formats = a.reading().formats;
         const bool is_metric = options.kind == depth_map_kind::meters;
-        input.photo = decode_photo(photo, {}, name);
+        input.photo = decode_photo(photo, a.reading(), name);
         input.depth = photo_depth{fill_invalid(decode_depth_map(depth, options, depth_name), depth_name),
                                   a.is_inverse || is_metric, is_metric, false, depth_name};
         check_fits(input.depth->disparity, input.photo.color, depth_name);
         return input;
     }
     if (!a.takes_depth_of_photo) {
-        input.photo = decode_photo(photo, {}, name);
+        input.photo = decode_photo(photo, a.reading(), name);
         return input;
     }
     const bool has_map_beside = names.are_files && !is_standard(names.photo) && !depth_map_beside(names.photo).empty();
-    input = has_map_beside ? load_photo_with_depth(names.photo) : decode_photo_with_depth(photo, {}, name);
+    input = has_map_beside ? load_photo_with_depth(names.photo, a.reading()) : decode_photo_with_depth(photo, a.reading(), name);
     if (!input.refused.empty()) say("not used: " + input.refused);
     if (!input.depth && !by.depth)
         raise(error_code::invalid_option, "photo3d",

@@ -1,6 +1,8 @@
 // Camera paths of one's own: a JSON file of key frames. What is wrong with one is said in its own terms.
 #pragma once
 
+#include "json_input.hpp"
+
 #include <ldi/base/error.hpp>
 #include <ldi/formats/file.hpp>
 #include <ldi/render/camera_paths.hpp>
@@ -99,7 +101,7 @@ inline std::vector<key_frame> load_key_frames(const std::filesystem::path& file)
     constexpr std::size_t max_bytes = std::size_t{1} << 24;
     const std::vector<std::byte> bytes = read_file(file, max_bytes);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const nlohmann::json keys = nlohmann::json::parse(text, nullptr, false);
+    const nlohmann::json keys = parse_json(text, file.string());
     const auto fail = [&](const char* expected, const std::string& found) {
         raise(error_code::invalid_data, file.string(), expected, found);
     };

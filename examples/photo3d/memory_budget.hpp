@@ -40,7 +40,7 @@ inline std::size_t memory_in_use() {
 
 /// Bytes per stored pixel at most while a file is decoded.
 inline std::size_t decoding_bytes_per_pixel(const detail::picture_header& header) {
-    if (header.format == detail::picture_format::jpeg) return 12;  // measured: 6.6, progressive 11.1
+    if (header.format == picture_format::jpeg) return 12;  // measured: 6.6, progressive 11.1
     return header.bits == 16 ? 18 : 9;                             // measured: 17.0 and 8.8, both with alpha
 }
 

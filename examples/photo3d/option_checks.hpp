@@ -1,6 +1,8 @@
 // Checks of what options are given, in words of our own.
 #pragma once
 
+#include <ldi/formats/picture_formats.hpp>
+
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -44,6 +46,16 @@ inline CLI::Validator named() {
                 return given.empty() ? std::string("expected a name, found an empty one") : std::string();
             },
             "", "named"};
+}
+
+/// Formats of pictures with commas between them.
+inline CLI::Validator formats_named() {
+    return {[](const std::string& given) {
+                return picture_formats::parse(given)
+                           ? std::string()
+                           : "expected some of " + picture_formats().text() + " with commas between them, found " + given;
+            },
+            "", "formats"};
 }
 
 }  // namespace ldi::examples

@@ -19381,9 +19381,11 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
 /// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
 class json_reader {
 public:
-    /// most_depth  how deep objects and arrays may stand in each other
-    json_reader(std::string_view text, int most_depth, std::string where)
-        : text_(text), most_depth_(most_depth), where_(std::move(where)) {}
+    /// max_depth  how deep objects and arrays may stand in each other
+    json_reader(std::string_view text, int max_depth, std::string where)
+        : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
+    /// For a text that a reader has passed: it is walked through once more, not checked.
+    explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// The one object that the text consists of.
     json_value whole_object() {
@@ -19402,7 +19404,7 @@ public:
         for (bool first = true; !leave('}', first, "a name or } in a JSON object"); first = false) {
             if (peek() != '"') fail("a name in a JSON object");
             const std::string_view name = read_string();
-            seen.add(name);
+            if (!is_checked_) seen.add(name);
             skip_space();
             if (peek() != ':') fail("a colon after a name");
             ++at_;
@@ -19410,7 +19412,7 @@ public:
             const json_value value = read_value(depth + 1);
             if (visit != nullptr) visit(to, name, value);
         }
-        seen.check(where_);
+        if (!is_checked_) seen.check(where_);
     }
 
     /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
@@ -19459,8 +19461,8 @@ private:
     }
 
     void enter(int depth) {
-        if (depth >= most_depth_)
-            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(most_depth_) + " deep",
+        if (!is_checked_ && depth >= max_depth_)
+            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(max_depth_) + " deep",
                   "deeper nesting");
         ++at_;
     }
@@ -19589,8 +19591,9 @@ private:
 
     std::string_view text_;
     std::size_t at_ = 0;
-    int most_depth_;
+    int max_depth_ = 0;
     std::string where_;
+    bool is_checked_ = false;
 };
 
 }  // namespace ldi::detail
@@ -19602,8 +19605,8 @@ private:
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// An object that is a whole text. Errors: invalid_data, naming the byte.
-inline json_value read_json_object(std::string_view text, int most_depth, const std::string& where) {
-    return json_reader(text, most_depth, where).whole_object();
+inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
+    return json_reader(text, max_depth, where).whole_object();
 }
 
 inline std::string unescaped(std::string_view written) {
@@ -19618,7 +19621,7 @@ void for_each_member(const json_value& object, Visit&& visit) {
     const json_visitor call = [](void* to, std::string_view name, const json_value& value) {
         (*static_cast<std::remove_reference_t<Visit>*>(to))(unescaped(name), value);
     };
-    json_reader(object.text, (std::numeric_limits<int>::max)(), std::string()).walk_object(0, call, &visit);
+    json_reader(object.text).walk_object(0, call, &visit);
 }
 
 /// Calls visit(value) for every element of a checked array.
@@ -19627,7 +19630,7 @@ void for_each_element(const json_value& array, Visit&& visit) {
     const json_visitor call = [](void* to, std::string_view, const json_value& value) {
         (*static_cast<std::remove_reference_t<Visit>*>(to))(value);
     };
-    json_reader(array.text, (std::numeric_limits<int>::max)(), std::string()).walk_array(0, call, &visit);
+    json_reader(array.text).walk_array(0, call, &visit);
 }
 
 /// The member of that name; of kind `none` where there is none, or where `object` is something else.
@@ -19745,46 +19748,52 @@ struct entry {
 
 /// One line of the header, each part checked against the rest and against the size of the data.
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
-    const std::string here = where + ", tensor " + printable(name);
+    const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind) raise(error_code::invalid_data, here, std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind)
+            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
     };
-    const auto sizes = [&](const char* key, std::size_t most) {
-        const json_value values = json_member(line, key);
+    const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
         buffer<std::size_t> result;
         for_each_element(values, [&](const json_value& value) {
             const std::optional<std::uint64_t> size = whole_number(value);
-            part(key, result.size() < most && size && *size <= (std::numeric_limits<std::size_t>::max)());
+            part(key, result.size() < max_count && size && *size <= (std::numeric_limits<std::size_t>::max)());
             result.push_back(static_cast<std::size_t>(*size));
         });
         return result;
     };
+    part("dtype", line.kind == json_kind::object);
+    json_value type, shape, place;  // in one walk: a header may have a hundred thousand lines
+    int members = 0;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        ++members;
+        if (key == "dtype") type = value;
+        if (key == "shape") shape = value;
+        if (key == "data_offsets") place = value;
+    });
     entry result;
     result.name = name;
-    const json_value type = json_member(line, "dtype");
     part("dtype", type.kind == json_kind::string);
     result.type = unescaped(type.text);
-    result.shape = sizes("shape", most_dimensions);
-    const buffer<std::size_t> offsets = sizes("data_offsets", 2);
-    int members = 0;
-    for_each_member(line, [&](const std::string&, const json_value&) { ++members; });
+    result.shape = sizes("shape", shape, most_dimensions);
+    const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
     part("data_offsets", offsets.size() == 2 && members == 3);
     result.begin = offsets[0], result.end = offsets[1];
 
     const std::size_t scalar_bytes = scalar_size(result.type);
-    if (scalar_bytes == 0) raise(error_code::unsupported, here, "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
+    if (scalar_bytes == 0) raise(error_code::unsupported, here(), "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
     if (result.begin > result.end || result.end > data_bytes)
-        raise(error_code::invalid_data, here, "values inside the " + std::to_string(data_bytes) + " bytes of data",
+        raise(error_code::invalid_data, here(), "values inside the " + std::to_string(data_bytes) + " bytes of data",
               "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here, "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
-        raise(error_code::invalid_data, here,
+        raise(error_code::invalid_data, here(),
               std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
               std::to_string(result.end - result.begin));
     return result;
@@ -20287,29 +20296,93 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
 
 }  // namespace ldi::detail
 
-// ---- ldi/formats/detail/picture_format.hpp
-// Facts about a picture file, read from its own bytes before anything is decoded or allocated: format, size, bit depth, the place
-// of its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that
-// all of the picture is there; these functions do.
+// ---- ldi/formats/picture_formats.hpp
+// The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
+// decoder sees a file that it need not see.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
+
+/// Names in the order of the enumeration. HEIC and AVIF files are both heif.
+inline constexpr std::array<std::string_view, 9> picture_format_names = {"jpeg", "png",  "gif", "bmp", "heif",
+                                                                         "webp", "tiff", "pfm", "npy"};
+
+constexpr std::string_view to_string(picture_format format) { return picture_format_names[static_cast<std::size_t>(format)]; }
+
+/// A set of formats; all of them unless it is made of some.
+class picture_formats {
+public:
+    constexpr picture_formats() = default;
+    constexpr picture_formats(std::initializer_list<picture_format> formats) : bits_(0) {
+        for (const picture_format format : formats) bits_ |= bit(format);
+    }
+
+    constexpr bool contains(picture_format format) const { return (bits_ & bit(format)) != 0; }
+
+    /// Names with commas between them: "jpeg,png". Nothing where a name is unknown.
+    static std::optional<picture_formats> parse(std::string_view names) {
+        picture_formats result{};
+        result.bits_ = 0;
+        for (;;) {
+            const std::size_t comma = names.find(',');
+            const std::string_view name = names.substr(0, comma);
+            std::size_t i = 0;
+            while (i < picture_format_names.size() && picture_format_names[i] != name) ++i;
+            if (i == picture_format_names.size()) return std::nullopt;
+            result.bits_ |= bit(static_cast<picture_format>(i));
+            if (comma == names.npos) return result;
+            names.remove_prefix(comma + 1);
+        }
+    }
+
+    /// "jpeg, png"
+    std::string text() const {
+        std::string result;
+        for (std::size_t i = 0; i < picture_format_names.size(); ++i)
+            if (contains(static_cast<picture_format>(i)))
+                result += (result.empty() ? "" : ", ") + std::string(picture_format_names[i]);
+        return result.empty() ? "none" : result;
+    }
+
+private:
+    static constexpr unsigned bit(picture_format format) { return 1U << static_cast<unsigned>(format); }
+
+    unsigned bits_ = (1U << picture_format_names.size()) - 1;
+};
+
+}  // namespace ldi
+
+// ---- ldi/formats/detail/picture_header.hpp
+// The facts about a picture file that its first bytes and its header state, and ways to read them.
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
-enum class picture_format { jpeg, png };
-
-/// The facts of a complete JPEG or PNG file.
+/// The facts of a complete file.
 struct picture_header {
     picture_format format = picture_format::jpeg;
     std::size_t width = 0, height = 0;              ///< as stored, in pixels
     std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< bytes that decoding takes, at most
+    std::size_t memory_per_pixel = 0;               ///< upper bound of the bytes that decoding takes
+    double more_memory = 0;                         ///< bytes that it takes beside, whatever the number of pixels
+    std::size_t max_growth = 0;                     ///< bytes that a buffer of a PNG file's decoder may grow to
     std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
     std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
     std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
     buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
+    bool has_alpha = false;                         ///< of WebP
     std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
 };
 
 inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
+
+inline std::uint32_t little_endian_16(std::span<const std::byte> bytes, std::size_t i) {
+    return byte_at(bytes, i) | byte_at(bytes, i + 1) << 8;
+}
+
+inline std::uint32_t little_endian_32(std::span<const std::byte> bytes, std::size_t i) {
+    return little_endian_16(bytes, i) | little_endian_16(bytes, i + 2) << 16;
+}
 
 inline std::uint32_t big_endian_16(std::span<const std::byte> bytes, std::size_t i) {
     return byte_at(bytes, i) << 8 | byte_at(bytes, i + 1);
@@ -20325,8 +20398,15 @@ inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::strin
 }
 
 inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
+inline bool is_gif(std::span<const std::byte> bytes) { return has_text(bytes, 0, "GIF87a") || has_text(bytes, 0, "GIF89a"); }
 inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
 inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
+
+/// The two letters alone are those of many a text.
+inline bool is_bmp(std::span<const std::byte> bytes) {
+    return has_text(bytes, 0, "BM") && bytes.size() >= 18 && byte_at(bytes, 15) == 0 && byte_at(bytes, 16) == 0 &&
+           byte_at(bytes, 17) == 0;
+}
 
 inline bool is_tiff(std::span<const std::byte> bytes) {
     using namespace std::string_view_literals;
@@ -20386,9 +20466,20 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
 
 /// Raises the error for a damaged file.
 [[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
-    raise(error_code::invalid_data, where, format == picture_format::jpeg ? "an undamaged JPEG file" : "an undamaged PNG file",
+    static constexpr std::array<const char*, picture_format_names.size()> names = {"JPEG", "PNG",  "GIF", "BMP", "HEIC or AVIF",
+                                                                                   "WebP", "TIFF", "PFM", "NPY"};
+    raise(error_code::invalid_data, where, std::string("an undamaged ") + names[static_cast<std::size_t>(format)] + " file",
           found);
 }
+
+}  // namespace ldi::detail
+
+// ---- ldi/formats/detail/picture_format.hpp
+// Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
+// its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
+// of the picture is there; these functions do.
+
+namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
 /// not.
@@ -20483,9 +20574,12 @@ private:
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
         // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
-        header_.memory_per_pixel = components_ * (marker == 0xC2 ? 3 : 1) + 3;
+        const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
+        header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
+        // Blocks of up to 32 x 32 pixels are decoded whole.
+        header_.more_memory = nearest_double(stored) * (32 * nearest_double(header_.width + header_.height) + 1024);
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
         if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
         for (std::size_t c = 0; c < components_; ++c) unscanned_.push_back(byte_at(body, 6 + 3 * c));
@@ -20509,8 +20603,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0;
-    bool begun = false, ended = false;
+    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
+    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
     for (std::size_t at = 8; !ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
@@ -20538,11 +20632,12 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
                 broken("a width or height outside PNG's range");
             header.bits = depth == 16 ? 16 : 8;
             bits_per_pixel = depth * channels;
-            // Inflated rows and the picture made of them, which a palette may give four channels; at the end 8-bit RGB.
-            const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;
-            header.memory_per_pixel = decoded + (std::max)((bits_per_pixel + 7) / 8, std::size_t{3});
+            interlaced = byte_at(body, 12) == 1;
+            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
+        } else if (has_text(type, 0, "tRNS")) {
+            has_transparent_color = true;
         } else if (has_text(type, 0, "eXIf")) {
             header.exif = body;
         } else if (has_text(type, 0, "iCCP")) {
@@ -20557,6 +20652,15 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
+    // Inflated rows and the picture made of them; at the end 8-bit RGB. The buffer of an interlaced picture's rows, which are a
+    // few bytes longer, is doubled once.
+    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
+    header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
+    header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
+    header.max_growth =
+        (std::max)((header.width * header.height * bits_per_pixel / 8 + header.height) * (interlaced ? 2 : 1), 2 * compressed) +
+        65536;
     return header;
 }
 

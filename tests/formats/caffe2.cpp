@@ -1,6 +1,7 @@
 #include <ldi/formats/caffe2.hpp>
 #include <ldi/networks/tiefenrausch.hpp>
 #include <tests/support/caffe2_files.hpp>
+#include <tests/support/counted_memory.hpp>
 #include <tests/support/npy.hpp>
 
 #include <catch2/catch.hpp>
@@ -194,4 +195,21 @@ TEST_CASE("damage to the published network does no worse than an error") {
         }
     }
     CHECK(refused > 5);
+}
+
+TEST_CASE("thousands of operators or arguments without a name take no memory") {
+    const auto repeated = [](std::initializer_list<std::uint8_t> message, std::size_t count) {
+        bytes file;
+        for (std::size_t i = 0; i < count; ++i) file.insert(file.end(), message);
+        return file;
+    };
+    const bytes arguments = repeated({0x2A, 0}, 50'000);
+    bytes one_operator = {0x12, 0xA0, 0x8D, 0x06};  // of 100,000 bytes
+    one_operator.insert(one_operator.end(), arguments.begin(), arguments.end());
+    for (const bytes& file : {repeated({0x12, 0}, 50'000), one_operator}) {
+        ldi::testing::counted_memory memory;
+        const ldi::memory_scope scope(memory.source);
+        CHECK_THAT(error_of({file, file}), Catch::Contains("with a name"));
+        CHECK(memory.peak < file.size());
+    }
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <ldi/formats/picture.hpp>
 #include <tests/formats/encoded_files.hpp>
+#include <tests/formats/item_files.hpp>
 
 #include <array>
 #include <cmath>
@@ -90,10 +91,9 @@ TEST_CASE("HEIC and AVIF give back every pixel, with their lens, and damage is n
 }
 
 TEST_CASE("what libheif refuses is an error of one line that says what helps") {
-    byte_string file =
-        bytes_of(std::string_view("\0\0\0\x18"
-                                  "ftypheic\0\0\0\0heicmif1",
-                                  24));
+    // A picture without its decoder's configuration.
+    const byte_string file =
+        item_file({.items = {{1, "hvc1", {{0, 4}}}}, .properties = {size_box(64, 64)}, .uses = {{1, {1}}}}, byte_string(4));
     const std::string message = message_of([&] { decode_photo(file, {}, "a.heic"); });
     CHECK_THAT(message, Catch::Contains("a.heic") && !Catch::Contains("\n"));
     if (heif_get_version_number() < 0x01130800)

@@ -1,6 +1,7 @@
 #include <ldi/formats/safetensors_file.hpp>
 
 #include "tests/formats/support.hpp"
+#include "tests/support/counted_memory.hpp"
 #include "tests/support/safetensors_file.hpp"
 
 #include <catch2/catch.hpp>
@@ -148,4 +149,20 @@ TEST_CASE("random damage never gets through to memory it should not") {
         if (test::raised([&] { decode_safetensors(test::damaged_copy(whole, random)); })) ++refused;
     CHECK(refused > 1000);
     CHECK(refused < 3000);
+}
+
+TEST_CASE("a header of thousands of tensors is read in a bounded number of steps for each") {
+    const auto allocations = [](int count) {
+        std::string header = "{";
+        for (int i = 0; i < count; ++i)
+            header +=
+                (i == 0 ? "\"" : ",\"") + std::to_string(10'000 + i) + R"(":{"dtype":"F32","shape":[0],"data_offsets":[0,0]})";
+        ldi::testing::counted_memory memory;
+        const memory_scope scope(memory.source);
+        CHECK(decode(header + "}").tensors.size() == static_cast<std::size_t>(count));
+        return memory.calls;
+    };
+    const std::size_t few = allocations(500), many = allocations(4000);
+    CHECK(many < 9 * few);
+    CHECK(many < 30 * 4000);
 }

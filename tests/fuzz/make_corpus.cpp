@@ -4,6 +4,8 @@
 //   make_corpus FOLDER
 #include <ldi/formats/picture.hpp>
 #include <tests/formats/encoded_files.hpp>
+#include <tests/formats/gif_bmp_files.hpp>
+#include <tests/formats/item_files.hpp>
 #include <tests/formats/phone_files.hpp>
 
 #include <cstdio>
@@ -35,6 +37,12 @@ void add_pictures(const std::filesystem::path& folder) {
     add(folder, "color.jpg", jpeg_with_exif(encode_jpeg(picture, 85), exif_bytes(6, 26)));
     add(folder, "gray.jpg", encode_jpeg(smooth_picture(16, 24, 1), 80));
     add(folder, "color.png", png_file(20, 12, 8, 2, rows_of(picture), png_chunk("eXIf", exif_bytes(5, 26, true))));
+    add(folder, "color.bmp", bmp_file(picture));
+    add(folder, "gray.bmp", bmp_file(picture, 8, true));
+    image<std::uint8_t> shades(12, 20);
+    for (std::size_t i = 0; i < shades.size(); ++i) shades.data()[i] = static_cast<std::uint8_t>(7 * i);
+    add(folder, "rows.gif", gif_file(shades, {.transparent = 7}));
+    add(folder, "interlaced.gif", gif_file(shades, {.interlaced = true, .animated = true}));
     add(folder, "deep.png", png_file(4, 4, 16, 6, byte_string(128, std::byte{77})));
     add(folder, "palette.png", png_file(8, 4, 4, 3, byte_string(16, std::byte{0x21}), png_chunk("PLTE", bytes_of("abcdefghi"))));
 #if defined(LDI_WITH_LCMS2)
@@ -54,8 +62,24 @@ void add_pictures(const std::filesystem::path& folder) {
         if (const std::optional<byte_string> file = heif_file_of(transparent, {format, exif_bytes(6, 26), {}, 0})) {
             add(folder, "alpha" + std::to_string(format) + ".heif", *file);
             add(folder, "depth" + std::to_string(format) + ".heif", alpha_called_depth(*file));
+            const coded_picture coded = coded_picture_of(*heif_file_of(smooth_picture(64, 64, 3), {format, {}, {}, 0}));
+            for (const auto& [name, items] : hostile_item_files(coded))
+                add(folder, name + std::to_string(format) + ".heif", items);
         }
 #endif
+}
+
+/// Metadata that say the same thing often.
+void add_lists_of_lists(const std::filesystem::path& folder, const byte_string& color) {
+    std::string properties;
+    for (int i = 0; i < 50; ++i) properties += "<a:b/>";
+    add(folder, "namespace.jpg",
+        with_segments(color, xmp_segment("<r xmlns:a=\"" + std::string(300, 'A') + "/\">" + properties + "</r>")));
+    byte_string directory = bytes_of(std::string_view("MPF\0MM\0*\0\0\0\x08", 12));
+    append(directory, big_endian(20, 2));
+    for (int i = 0; i < 20; ++i) append(directory, bytes_of(std::string_view("\xB0\x02\0\7\0\0\1\0\0\0\0\x0A", 12)));
+    directory.resize(400);
+    add(folder, "directory.jpg", with_segments(color, jpeg_segment(0xE2, directory)));
 }
 
 void add_photos_with_depth(const std::filesystem::path& folder) {
@@ -75,6 +99,7 @@ void add_photos_with_depth(const std::filesystem::path& folder) {
     add(folder, "photos.jpg", dynamic_depth_jpeg(color, {{"Depth", "", depth}}, fields, photos_words));
     add(folder, "apple.jpg",
         multi_picture_jpeg(color, {gain, with_segments(gain, xmp_segment(apple_packet("disparity", "0.5", "4")))}));
+    add_lists_of_lists(folder, color);
     image<std::uint8_t> both(12, 40, 3);
     for (std::size_t i = 0; i < both.size(); ++i)
         both.data()[i] = i / 3 % 40 < 20 ? static_cast<std::uint8_t>(70 * (i % 3) + i / 120)
@@ -87,6 +112,12 @@ void add_depth_maps(const std::filesystem::path& folder) {
     add(folder, "gray.jpg", encode_jpeg(smooth_picture(9, 7, 1), 80));
     image<std::uint16_t> deep(9, 7);
     for (std::size_t i = 0; i < deep.size(); ++i) deep.data()[i] = static_cast<std::uint16_t>(1000 * i);
+    add(folder, "color.bmp", bmp_file(picture));
+    add(folder, "gray.bmp", bmp_file(picture, 8, true));
+    image<std::uint8_t> shades(12, 20);
+    for (std::size_t i = 0; i < shades.size(); ++i) shades.data()[i] = static_cast<std::uint8_t>(7 * i);
+    add(folder, "rows.gif", gif_file(shades, {.transparent = 7}));
+    add(folder, "interlaced.gif", gif_file(shades, {.interlaced = true, .animated = true}));
     add(folder, "deep.png", encode_png(deep));
     const std::string floats(24, '@'), doubles(48, '@');  // of about 3 and 32
     add(folder, "map.pfm", bytes_of("Pf\n3 2\n-1.0\n" + floats));

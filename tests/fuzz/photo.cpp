@@ -10,9 +10,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
     ldi::test::byte_string bytes(first, first + size);
     if (ldi::detail::is_png(bytes)) bytes = ldi::test::with_right_checksums(bytes);  // or no damage would reach the decoder
+    ldi::photo_options options;
+    options.limits.max_pixels = std::size_t{1} << 20, options.limits.max_scanned_samples = 1 << 24;
+    options.limits.max_memory = 200'000'000;
     try {
-        const ldi::photo_with_depth found =
-            ldi::decode_photo_with_depth(bytes, {.limits = {.max_pixels = std::size_t{1} << 20, .max_scanned_samples = 1 << 24}});
+        const ldi::photo_with_depth found = ldi::decode_photo_with_depth(bytes, options);
+        // What can be decoded can be estimated; an error would end the fuzzer.
+        [&]() noexcept { ldi::estimate_photo_with_depth(bytes, options); }();
         if (!found.depth) return 0;
         for (const float v : found.depth->disparity)
             if (std::isinf(v) || (found.depth->is_inverse_depth && v <= 0)) std::abort();

@@ -126,12 +126,13 @@ def lists():
         check("a depth map in a list", f.read("out/2.glb") == f.read("b.glb"))
         f.batch("-", "photos/d.png", "-o", "again", input=b'"photos/a.png"\n{"photo": "photos/b.png"}')
         check("standard input, and photos beside", f.list("again") == ["a.glb", "b.glb", "d.glb"])
-        bad = [b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}']
+        bad = [b"{", b"3", b'{"output": "x.glb"}', b'{"photo": 3}', b'{"photo": ""}', b'{"photo": "-"}', b'{"photo": "photos/a.png", "outptu": "x.glb"}', b'{"photo": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", b"[" * 1_000_000]
         lines = subprocess.run([PROGRAM, "--batch", "-", "--depth", "depth", "-o", "bad"], cwd=f.path, input=b"\n".join([*bad, b'"photos/e.png"']), capture_output=True)
         lines = [json.loads(line) for line in lines.stdout.splitlines()]
         errors = [line["error"] for line in lines if "error" in line]
         check("lines that are none", [e["code"] for e in errors] == ["invalid data"] * len(bad), errors)
         check("a message names the line", "standard input, line 2" in errors[1]["message"], errors)
+        check("JSON nested without end", all("nested" in e["message"] and len(e["message"]) < 1000 for e in errors[-2:]), str(errors)[:2000])
         check("and the photo behind them", f.list("bad") == ["e.glb"])
 
 

@@ -129,8 +129,12 @@ def names():
             ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
             ("no photo", [], ["PHOTO"]),
+            ("a format that is none", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
         ):
             expect(name, f, arguments, USAGE, words)
+        expect("a format that is switched off", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "switched on: jpeg, heif"])
+        expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb"])
+        os.remove(f / "b.glb")
         expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png"])
         expect("a folder that is not there", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
         expect("a folder for a file", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
@@ -162,6 +166,8 @@ def key_frames():
             ("no list", good, ["no list"]),
             ("an empty list", "[]", ["empty list"]),
             ("a number", "[3]", ["key frame 1", "a number"]),
+            ("lists in lists", "[" * 500_000 + "]" * 500_000, ["nested"]),
+            ("a list for a number", '[{"time": %s, "position": [0, 0, 0], "target": [0, 0, -2]}]' % ("[" * 100_000 + "]" * 100_000), ["nested"]),
             ("no target", '[%s, {"time": 1, "position": [0, 0, 0]}]' % good, ["key frame 2", "target", "none"]),
             ("two numbers", '[{"time": 0, "position": [0, 0], "target": [0, 0, -2]}]', ["position", "three numbers"]),
             ("text for a number", '[{"time": "0", "position": [0, 0, 0], "target": [0, 0, -2]}]', ["time", "a text"]),

@@ -7,9 +7,11 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/core/image.hpp>
+#include <ldi/formats/detail/decoding_budget.hpp>
 #include <ldi/formats/detail/float_map.hpp>
 #include <ldi/formats/detail/picture_decoder.hpp>
 #include <ldi/formats/file.hpp>
+#include <ldi/formats/picture_formats.hpp>
 #include <ldi/formats/picture_limits.hpp>
 
 #include <algorithm>
@@ -36,6 +38,7 @@ struct depth_map_options {
     bool invalid_zero = false;  ///< a stored 0 means unknown (16-bit PNG files of sensors and stereo benchmarks)
     float scale = 1;            ///< multiplies every stored value; 0.001 for meters stored as millimeters. Positive.
     picture_limits limits = {.max_pixels = 64'000'000};
+    picture_formats formats = {};  ///< those that are read
 };
 
 /// Decodes a depth map in memory: gray PNG (a value is 0 to 255, or 0 to 65,535 in 16-bit files), gray JPEG, PFM, or NPY of
@@ -47,6 +50,11 @@ struct depth_map_options {
 /// Raises unsupported, invalid_data, too_large, invalid_option.
 image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
                               const std::string& where = "depth map");
+
+/// The size of a depth map, and the memory that decode_depth_map() and then fill_invalid() take. Raises what decode_depth_map()
+/// raises for a header.
+decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options = {},
+                                     const std::string& where = "depth map");
 
 /// decode_depth_map() of a file; also raises file_access.
 image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options = {});
@@ -74,7 +82,7 @@ namespace detail {
 
 /// The values of a gray PNG or JPEG file. Raises as decode_depth_map() does.
 template <class Sample>
-image<float> decode_gray(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+image<float> decode_gray_as(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
     const decoded_picture<Sample> picture = decode_picture<Sample>(bytes, header, where);
     image<float> result(picture.height, picture.width, 1, unset);
     const std::size_t count = picture.height * picture.width;
@@ -95,16 +103,34 @@ image<float> decode_gray(std::span<const std::byte> bytes, const picture_header&
     return result;
 }
 
-inline image<float> decode_stored_depth(std::span<const std::byte> bytes, const picture_limits& limits,
-                                        const std::string& where) {
-    if (is_pfm(bytes)) return decode_pfm(bytes, limits.max_pixels, where);
-    if (is_npy(bytes)) return decode_npy(bytes, limits.max_pixels, where);
-    if (!is_jpeg(bytes) && !is_png(bytes))
+inline image<float> decode_gray(std::span<const std::byte> bytes, const picture_header& header, const std::string& where) {
+    return header.bits == 16 ? decode_gray_as<std::uint16_t>(bytes, header, where)
+                             : decode_gray_as<std::uint8_t>(bytes, header, where);
+}
+
+/// Reads a header, and takes what the map needs up to its end: beside its samples, floats, and as much again to turn the map or
+/// to fill its holes.
+inline picture_header take_depth_header(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    picture_header header;
+    if (is_pfm(bytes))
+        header = read_pfm_header(bytes, where);
+    else if (is_npy(bytes))
+        header = read_npy_header(bytes, where);
+    else if (is_jpeg(bytes) || is_png(bytes))
+        header = read_picture_header(bytes, where);
+    else
         raise(bytes.empty() ? error_code::invalid_data : error_code::unsupported, where, "a gray PNG, JPEG, PFM or NPY file",
               describe_format(bytes));
-    const picture_header header = read_picture_header(bytes, where);
-    check_limits(header, bytes.size(), limits, where);
-    return header.bits == 16 ? decode_gray<std::uint16_t>(bytes, header, where) : decode_gray<std::uint8_t>(bytes, header, where);
+    header.memory_per_pixel = (std::max)(header.memory_per_pixel + 1, 2 * sizeof(float));
+    budget.take(header, where);
+    return header;
+}
+
+inline image<float> decode_stored_depth(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    const picture_header header = take_depth_header(bytes, budget, where);
+    if (header.format == picture_format::pfm) return decode_pfm(bytes, where);
+    if (header.format == picture_format::npy) return decode_npy(bytes, where);
+    return decode_gray(bytes, header, where);
 }
 
 }  // namespace detail
@@ -112,8 +138,14 @@ inline image<float> decode_stored_depth(std::span<const std::byte> bytes, const 
 inline image<float> decode_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
                                      const std::string& where) {
     if (!(options.scale > 0) || !std::isfinite(options.scale))
+<<<<<<< HEAD
         raise(error_code::invalid_option, "depth map scale", "a positive number", detail::to_text(options.scale));
     image<float> result = detail::decode_stored_depth(bytes, options.limits, where);
+=======
+        raise(error_code::invalid_option, "depth map scale", "a positive number", std::to_string(options.scale));
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    image<float> result = detail::decode_stored_depth(bytes, budget, where);
+>>>>>>> h-hostile
     const std::span<float> values(result.data(), result.size());
     constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
     float largest = -std::numeric_limits<float>::infinity(), smallest = -largest;
@@ -133,29 +165,51 @@ inline image<float> decode_depth_map(std::span<const std::byte> bytes, const dep
     return result;
 }
 
+inline decoding_estimate estimate_depth_map(std::span<const std::byte> bytes, const depth_map_options& options,
+                                            const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    const detail::picture_header header = detail::take_depth_header(bytes, budget, where);
+    return {header.height, header.width, budget.taken()};
+}
+
 inline image<float> load_depth_map(const std::filesystem::path& path, const depth_map_options& options) {
     return decode_depth_map(read_file(path), options, path.string());
 }
 
 inline image<float> fill_invalid(image<float> depth_map, const std::string& where) {
     const std::size_t w = depth_map.width(), count = depth_map.size();
+    LDI_ASSERT(count <= 0xFFFFFFFF);
     float* const values = depth_map.data();
-    buffer<std::size_t> reached;  // breadth-first, so that nearer sources come first
-    reached.reserve(count);
+    const auto for_each_neighbor = [&](std::size_t i, auto&& visit) {
+        const std::size_t x = i % w;
+        if (i >= w) visit(i - w);
+        if (i + w < count) visit(i + w);
+        if (x > 0) visit(i - 1);
+        if (x + 1 < w) visit(i + 1);
+    };
+    const auto is_at_hole = [&](std::size_t i) {
+        bool result = false;
+        for_each_neighbor(i, [&](std::size_t neighbor) { result = result || std::isnan(values[neighbor]); });
+        return result;
+    };
+    std::size_t holes = 0, sources = 0;
     for (std::size_t i = 0; i < count; ++i)
-        if (!std::isnan(values[i])) reached.push_back(i);
-    if (reached.empty()) raise(error_code::invalid_data, where, "at least one valid depth", "none");
-    for (std::size_t next = 0; next < reached.size(); ++next) {
-        const std::size_t i = reached[next], x = i % w;
-        const auto pass_on = [&](bool exists, std::size_t neighbor) {
-            if (!exists || !std::isnan(values[neighbor])) return;
+        if (std::isnan(values[i]))
+            ++holes;
+        else if (is_at_hole(i))
+            ++sources;
+    if (holes == count) raise(error_code::invalid_data, where, "at least one valid depth", "none");
+    buffer<std::uint32_t> reached;  // breadth-first, so that nearer sources come first
+    reached.reserve(sources + holes);
+    for (std::size_t i = 0; i < count && sources > 0; ++i)
+        if (!std::isnan(values[i]) && is_at_hole(i)) reached.push_back(static_cast<std::uint32_t>(i));
+    for (std::size_t at = 0; at < reached.size(); ++at) {
+        const std::uint32_t i = reached[at];
+        for_each_neighbor(i, [&](std::size_t neighbor) {
+            if (!std::isnan(values[neighbor])) return;
             values[neighbor] = values[i];
-            reached.push_back(neighbor);
-        };
-        pass_on(i >= w, i - w);
-        pass_on(i + w < count, i + w);
-        pass_on(x > 0, i - 1);
-        pass_on(x + 1 < w, i + 1);
+            reached.push_back(static_cast<std::uint32_t>(neighbor));
+        });
     }
     return depth_map;
 }

@@ -32,6 +32,7 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -66,6 +67,11 @@ inline namespace LDI_READERS {
 /// decode_photo(), and the depth inside the file. Raises what decode_photo() raises.
 photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
                                          const std::string& where = "photo");
+
+/// The size of a photo, and the memory that decode_photo_with_depth() takes, with depth inside that fill_invalid() then fills.
+/// Raises what decode_photo_with_depth() raises for a header.
+decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options = {},
+                                            const std::string& where = "photo");
 
 /// decode_photo_with_depth() of a file. A depth map beside it, such as `photo_depth.png` for `photo.jpg`, goes before what is
 /// inside. Also raises file_access.
@@ -110,11 +116,6 @@ inline std::filesystem::path depth_map_beside(const std::filesystem::path& photo
 
 namespace detail {
 
-/// The orientation in EXIF, of a JPEG file. (HEIC's depth comes upright.)
-inline unsigned jpeg_orientation(std::span<const std::byte> bytes, const std::string& where) {
-    return read_exif(read_jpeg_header(bytes, where).exif).orientation;
-}
-
 /// Runs `read`, which sets result.depth. An error of it goes to result.refused, and the depth with it.
 template <class Read>
 void try_depth(photo_with_depth& result, const std::string& where, Read&& read) {
@@ -138,23 +139,46 @@ namespace detail::inline LDI_READERS {
 
 /// The depth inside a JPEG, HEIC or AVIF file.
 inline std::optional<photo_depth> find_depth_inside([[maybe_unused]] std::span<const std::byte> bytes,
-                                                    [[maybe_unused]] const picture_limits& limits,
+                                                    [[maybe_unused]] decoding_budget& budget,
                                                     [[maybe_unused]] const std::string& where) {
 #if defined(LDI_WITH_PUGIXML)
     std::optional<found_depth> found;
     unsigned orientation = 1;
     if (is_jpeg(bytes)) {
-        found = find_jpeg_depth(bytes, limits, where);
-        if (found) orientation = jpeg_orientation(bytes, where);
+        const picture_header header = read_jpeg_header(bytes, where);
+        if (const std::optional<located_depth> located = locate_jpeg_depth(bytes, header, budget, where))
+            found = decode_located(*located, budget);
+        orientation = read_exif(header.exif).orientation;
     }
 #if defined(LDI_WITH_LIBHEIF)
-    if (is_heif(bytes)) found = find_heif_depth(bytes, limits, where);
+    if (is_heif(bytes)) found = find_heif_depth(bytes, budget, where);
 #endif
     if (found)
-        return photo_depth{turn_upright(found->disparity, orientation), found->is_inverse_depth, found->is_metric, false,
-                           std::move(found->source)};
+        return photo_depth{turn_upright(std::move(found->disparity), orientation), found->is_inverse_depth, found->is_metric,
+                           false, std::move(found->source)};
 #endif
     return std::nullopt;
+}
+
+/// Takes from the budget what find_depth_inside() takes.
+inline void take_depth_inside([[maybe_unused]] std::span<const std::byte> bytes, [[maybe_unused]] decoding_budget& budget,
+                              [[maybe_unused]] const std::string& where) {
+#if defined(LDI_WITH_PUGIXML)
+    if (is_jpeg(bytes)) {
+        const picture_header header = read_jpeg_header(bytes, where);
+        const std::optional<located_depth> located = locate_jpeg_depth(bytes, header, budget, where);
+        if (located) take_depth_header(located->depth, budget, located->where);
+        if (located && !located->confidence.empty()) take_depth_header(located->confidence, budget, located->where);
+    }
+#if defined(LDI_WITH_LIBHEIF)
+    if (is_heif(bytes)) heif_items(bytes, budget, where).take_depth(budget);
+#endif
+#endif
+}
+
+/// What is taken by a picture's left half, in color, and its right one, as floats, with as much again to fill holes.
+inline double memory_of_halves(std::size_t height, std::size_t width) {
+    return nearest_double(height) * nearest_double(width) / 2 * (3 + 2 * sizeof(float));
 }
 
 }  // namespace detail
@@ -163,35 +187,54 @@ inline namespace LDI_READERS {
 
 inline photo_with_depth decode_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options,
                                                 const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
     photo_with_depth result;
-    result.photo = decode_photo(bytes, options, where);
+    result.photo = detail::decode_photo_within(bytes, budget, where);
     if (detail::is_png(bytes) && detail::is_side_by_side(result.photo.color)) {
+        const image<std::uint8_t>& stored = result.photo.color;
+        budget.take(detail::memory_of_halves(stored.height(), stored.width()), where, "a photo beside its depth map");
         const image<std::uint8_t> both = std::move(result.photo.color);
         const std::size_t half = both.width() / 2;
         result.photo.color = detail::take_columns<std::uint8_t>(both, 0, half, 3);
         result.depth = photo_depth{detail::take_columns<float>(both, half, half, 1), false, false, true, "the right half"};
         return result;
     }
-    // A depth map needs no more pixels than these.
-    picture_limits limits = options.limits;
-    limits.max_pixels = (std::min)(limits.max_pixels, depth_map_options().limits.max_pixels);
-    detail::try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, limits, where); });
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);  // a depth map needs no more
+    detail::try_depth(result, where, [&] { result.depth = detail::find_depth_inside(bytes, budget, where); });
     return result;
+}
+
+inline decoding_estimate estimate_photo_with_depth(std::span<const std::byte> bytes, const photo_options& options,
+                                                   const std::string& where) {
+    detail::decoding_budget budget(options.limits, options.formats, bytes.size());
+    const detail::picture_header header = detail::take_photo_header(bytes, budget, where);
+    if (detail::is_png(bytes))
+        budget.take((std::min)(detail::memory_of_halves(header.height, header.width), detail::nearest_double(budget.left())),
+                    where, "a photo beside its depth map");
+    budget.lower_max_pixels(depth_map_options().limits.max_pixels);
+    try {
+        detail::take_depth_inside(bytes, budget, where);
+    } catch (const error&) {  // what stood in the way of depth stands in its way again when it is decoded
+    }
+    return {header.height, header.width, budget.taken() + detail::max_profile_memory};
 }
 
 inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path, const photo_options& options) {
     const std::filesystem::path companion = depth_map_beside(path);
+    if (companion.empty()) return decode_photo_with_depth(read_file(path), options, path.string());
+    const std::vector<std::byte> bytes = read_file(path);
     photo_with_depth result;
-    if (!companion.empty()) {
-        result.photo = load_photo(path, options);
-        detail::try_depth(result, companion.string(), [&] {
-            result.depth = photo_depth{load_depth_map(companion), false, false, true, companion.string()};
-        });
-        if (result.depth) return result;
-    }
-    std::string refused = std::move(result.refused);
-    result = decode_photo_with_depth(read_file(path), options, path.string());
-    if (result.refused.empty()) result.refused = std::move(refused);
+    result.photo = decode_photo(bytes, options, path.string());
+    detail::try_depth(result, companion.string(), [&] {
+        depth_map_options map;
+        map.formats = options.formats;
+        result.depth = photo_depth{load_depth_map(companion, map), false, false, true, companion.string()};
+    });
+    if (result.depth) return result;
+    const std::string refused = std::move(result.refused);
+    result = {};
+    result = decode_photo_with_depth(bytes, options, path.string());
+    if (result.refused.empty()) result.refused = refused;
     return result;
 }
 

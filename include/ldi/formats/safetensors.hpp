@@ -105,46 +105,52 @@ struct entry {
 
 /// One line of the header, each part checked against the rest and against the size of the data.
 inline entry checked_entry(const std::string& name, const json_value& line, std::size_t data_bytes, const std::string& where) {
-    const std::string here = where + ", tensor " + printable(name);
+    const auto here = [&] { return where + ", tensor " + printable(name); };
     const auto part = [&](const char* key, bool is_right_kind) {
-        if (!is_right_kind) raise(error_code::invalid_data, here, std::string(key) + " as the format has it", "another or none");
+        if (!is_right_kind)
+            raise(error_code::invalid_data, here(), std::string(key) + " as the format has it", "another or none");
     };
-    const auto sizes = [&](const char* key, std::size_t most) {
-        const json_value values = json_member(line, key);
+    const auto sizes = [&](const char* key, const json_value& values, std::size_t max_count) {
         part(key, values.kind == json_kind::array);
         buffer<std::size_t> result;
         for_each_element(values, [&](const json_value& value) {
             const std::optional<std::uint64_t> size = whole_number(value);
-            part(key, result.size() < most && size && *size <= (std::numeric_limits<std::size_t>::max)());
+            part(key, result.size() < max_count && size && *size <= (std::numeric_limits<std::size_t>::max)());
             result.push_back(static_cast<std::size_t>(*size));
         });
         return result;
     };
+    part("dtype", line.kind == json_kind::object);
+    json_value type, shape, place;  // in one walk: a header may have a hundred thousand lines
+    int members = 0;
+    for_each_member(line, [&](const std::string& key, const json_value& value) {
+        ++members;
+        if (key == "dtype") type = value;
+        if (key == "shape") shape = value;
+        if (key == "data_offsets") place = value;
+    });
     entry result;
     result.name = name;
-    const json_value type = json_member(line, "dtype");
     part("dtype", type.kind == json_kind::string);
     result.type = unescaped(type.text);
-    result.shape = sizes("shape", most_dimensions);
-    const buffer<std::size_t> offsets = sizes("data_offsets", 2);
-    int members = 0;
-    for_each_member(line, [&](const std::string&, const json_value&) { ++members; });
+    result.shape = sizes("shape", shape, most_dimensions);
+    const buffer<std::size_t> offsets = sizes("data_offsets", place, 2);
     part("data_offsets", offsets.size() == 2 && members == 3);
     result.begin = offsets[0], result.end = offsets[1];
 
     const std::size_t scalar_bytes = scalar_size(result.type);
-    if (scalar_bytes == 0) raise(error_code::unsupported, here, "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
+    if (scalar_bytes == 0) raise(error_code::unsupported, here(), "a type F32, F16, BF16, I32, I8 or U8", printable(result.type));
     if (result.begin > result.end || result.end > data_bytes)
-        raise(error_code::invalid_data, here, "values inside the " + std::to_string(data_bytes) + " bytes of data",
+        raise(error_code::invalid_data, here(), "values inside the " + std::to_string(data_bytes) + " bytes of data",
               "bytes " + std::to_string(result.begin) + " to " + std::to_string(result.end));
     std::size_t needed = scalar_bytes;
     for (std::size_t length : result.shape) {
         if (length != 0 && needed > (std::numeric_limits<std::size_t>::max)() / length)
-            raise(error_code::too_large, here, "a shape that fits into memory", shape_text(result.shape));
+            raise(error_code::too_large, here(), "a shape that fits into memory", shape_text(result.shape));
         needed *= length;
     }
     if (needed != result.end - result.begin)
-        raise(error_code::invalid_data, here,
+        raise(error_code::invalid_data, here(),
               std::to_string(needed) + " bytes for " + shape_text(result.shape) + " of " + result.type,
               std::to_string(result.end - result.begin));
     return result;

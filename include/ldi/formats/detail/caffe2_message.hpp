@@ -101,6 +101,11 @@ void for_each_field(std::string_view message, std::string_view where, Visit&& vi
     }
 }
 
+/// Two bytes are enough for a message without a name, which takes fifty times as many in memory.
+inline void check_named(std::string_view name, const char* what, std::string_view where) {
+    if (name.empty()) raise(error_code::invalid_data, std::string(where), std::string(what) + " with a name", "one without");
+}
+
 inline argument read_argument(std::string_view message, std::string_view where) {
     argument result;
     for_each_field(message, where, [&](field& f) {
@@ -122,6 +127,7 @@ inline argument read_argument(std::string_view message, std::string_view where) 
             default: f.skip();
         }
     });
+    check_named(result.name, "an argument", where);
     return result;
 }
 
@@ -136,6 +142,7 @@ inline operator_message read_operator(std::string_view message, std::string_view
             default: f.skip();
         }
     });
+    check_named(result.type, "an operator", where);
     return result;
 }
 

@@ -5,7 +5,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
-#include <ldi/formats/detail/picture_decoder.hpp>
+#include <ldi/formats/detail/picture_header.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -42,9 +42,24 @@ inline std::optional<std::size_t> whole_number(std::string_view text) {
     return value;
 }
 
-/// H x W x 1, as stored. Raises invalid_data, too_large.
-inline image<float> decode_pfm(std::span<const std::byte> bytes, std::size_t max_pixels, const std::string& where) {
-    const auto broken = [&](const std::string& found) { raise(error_code::invalid_data, where, "an undamaged PFM file", found); };
+/// The facts of a file whose values are floats.
+struct float_map_header : picture_header {
+    std::size_t begin = 0, item = sizeof(float);  ///< of the values, in bytes
+    bool is_swapped = false, columns_first = false;
+};
+
+/// Checks that all values are there, and how many there may be.
+inline void check_float_map(const float_map_header& header, std::span<const std::byte> bytes, const std::string& where) {
+    const std::size_t left = bytes.size() - header.begin;
+    if (header.width > left / header.item / header.height)
+        damaged(header.format, where,
+                std::to_string(left) + " bytes for " + std::to_string(header.width) + " x " + std::to_string(header.height) +
+                    " floats");
+}
+
+/// Raises invalid_data.
+inline float_map_header read_pfm_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::pfm, where, found); };
     // "Pf", width, height and scale, each followed by white space; after the last it is a single character.
     std::string_view fields[3];
     std::size_t at = 2;
@@ -58,24 +73,28 @@ inline image<float> decode_pfm(std::span<const std::byte> bytes, std::size_t max
         if (at >= bytes.size() || !is_space(at)) broken("a header that is cut off or too long");
         field = std::string_view(reinterpret_cast<const char*>(bytes.data()) + first, at - first);
     }
-    ++at;
     const std::optional<std::size_t> width = whole_number(fields[0]), height = whole_number(fields[1]);
     if (!width || !height || *width == 0 || *height == 0) broken("no size in its header");
     // The sign says the byte order. The number itself is a unit of brightness, which readers leave alone.
     const std::string_view scale = fields[2];
     if (scale.find_first_not_of("+-.0123456789eE") != scale.npos || scale.find_first_of("123456789") == scale.npos)
         broken("a scale of '" + std::string(scale) + "'");
-    const bool little_endian = scale.front() == '-';
-    check_pixel_count(*width, *height, max_pixels, where);
-    if ((bytes.size() - at) / sizeof(float) < *width * *height)
-        broken(std::to_string(bytes.size() - at) + " bytes for " + std::to_string(*width) + " x " + std::to_string(*height) +
-               " floats");
+    float_map_header header;
+    header.format = picture_format::pfm;
+    header.width = *width, header.height = *height, header.begin = at + 1;
+    header.is_swapped = (scale.front() == '-') != (std::endian::native == std::endian::little);
+    return header;
+}
 
-    image<float> result(*height, *width, 1, unset);
-    const std::byte* from = bytes.data() + at;
-    const bool swap_bytes = little_endian != (std::endian::native == std::endian::little);
-    for (std::size_t y = *height; y-- > 0;)
-        for (std::size_t x = 0; x < *width; ++x, from += sizeof(float)) result.row(y)[x] = stored_float<float>(from, swap_bytes);
+/// H x W x 1, as stored. Raises invalid_data.
+inline image<float> decode_pfm(std::span<const std::byte> bytes, const std::string& where) {
+    const float_map_header header = read_pfm_header(bytes, where);
+    check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* from = bytes.data() + header.begin;
+    for (std::size_t y = header.height; y-- > 0;)
+        for (std::size_t x = 0; x < header.width; ++x, from += sizeof(float))
+            result.row(y)[x] = stored_float<float>(from, header.is_swapped);
     return result;
 }
 
@@ -116,9 +135,9 @@ inline void drop_unit_axes(buffer<std::size_t>& shape) {
     while (shape.size() > 2 && shape.front() == 1) shape.erase(shape.begin());
 }
 
-/// H x W x 1, as stored. Raises invalid_data, unsupported, too_large.
-inline image<float> decode_npy(std::span<const std::byte> bytes, std::size_t max_pixels, const std::string& where) {
-    const auto broken = [&](const std::string& found) { raise(error_code::invalid_data, where, "an undamaged NPY file", found); };
+/// Raises invalid_data, unsupported.
+inline float_map_header read_npy_header(std::span<const std::byte> bytes, const std::string& where) {
+    const auto broken = [&](const std::string& found) { damaged(picture_format::npy, where, found); };
     if (bytes.size() < 12) broken("a header that is cut off");
     const unsigned version = byte_at(bytes, 6);
     if (version < 1 || version > 3) raise(error_code::unsupported, where, "NPY version 1, 2 or 3", std::to_string(version));
@@ -132,29 +151,35 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, std::size_t max
     const bool is_float32 = type == "'<f4'" || type == "'>f4'", is_float64 = type == "'<f8'" || type == "'>f8'";
     if (!is_float32 && !is_float64)
         raise(error_code::unsupported, where, "float32 or float64 values", "type " + std::string(type));
-    const bool swap_bytes = (type[1] == '<') != (std::endian::native == std::endian::little);
+    float_map_header header;
+    header.is_swapped = (type[1] == '<') != (std::endian::native == std::endian::little);
     const std::string_view order = npy_field(dictionary, "'fortran_order'");
-    const bool columns_first = order.substr(0, 4) == "True";
-    if (!columns_first && order.substr(0, 5) != "False") broken("no order in its header");
+    header.columns_first = order.substr(0, 4) == "True";
+    if (!header.columns_first && order.substr(0, 5) != "False") broken("no order in its header");
     std::optional<buffer<std::size_t>> shape = npy_shape(npy_field(dictionary, "'shape'"));
     if (!shape) broken("no shape in its header");
     drop_unit_axes(*shape);
     if (shape->size() != 2 || (*shape)[0] == 0 || (*shape)[1] == 0)
         raise(error_code::unsupported, where, "a map of height x width",
               std::to_string(shape->size()) + " axes, or an empty one");
-    const std::size_t height = (*shape)[0], width = (*shape)[1];
-    check_pixel_count(width, height, max_pixels, where);
-    const std::size_t item = is_float32 ? 4 : 8;
-    if ((bytes.size() - begin - length) / item < width * height)
-        broken(std::to_string(bytes.size() - begin - length) + " bytes for " + std::to_string(width) + " x " +
-               std::to_string(height) + " floats");
+    header.format = picture_format::npy;
+    header.height = (*shape)[0], header.width = (*shape)[1];
+    header.begin = begin + length, header.item = is_float32 ? 4 : 8;
+    return header;
+}
 
-    image<float> result(height, width, 1, unset);
-    const std::byte* const values = bytes.data() + begin + length;
-    for (std::size_t y = 0; y < height; ++y)
-        for (std::size_t x = 0; x < width; ++x) {
-            const std::byte* const from = values + (columns_first ? x * height + y : y * width + x) * item;
-            result.row(y)[x] = is_float32 ? stored_float<float>(from, swap_bytes) : stored_float<double>(from, swap_bytes);
+/// H x W x 1, as stored. Raises invalid_data, unsupported.
+inline image<float> decode_npy(std::span<const std::byte> bytes, const std::string& where) {
+    const float_map_header header = read_npy_header(bytes, where);
+    check_float_map(header, bytes, where);
+    image<float> result(header.height, header.width, 1, unset);
+    const std::byte* const values = bytes.data() + header.begin;
+    for (std::size_t y = 0; y < header.height; ++y)
+        for (std::size_t x = 0; x < header.width; ++x) {
+            const std::size_t i = header.columns_first ? x * header.height + y : y * header.width + x;
+            const std::byte* const from = values + i * header.item;
+            result.row(y)[x] =
+                header.item == 4 ? stored_float<float>(from, header.is_swapped) : stored_float<double>(from, header.is_swapped);
         }
     return result;
 }

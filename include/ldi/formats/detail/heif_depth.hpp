@@ -17,10 +17,10 @@
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// What the file says of its depth picture. Without a range only the order of distances is known.
-inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth,
-                                                 heif_item_id id) {
+inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
+                                                 decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
-    for (const std::vector<std::byte>& block : heif_metadata(depth, "mime")) xmp.add(block);
+    for (const std::vector<std::byte>& block : heif_metadata(depth, "mime", budget, where)) xmp.add(block, budget, where);
     if (const std::optional<depth_meaning> meaning = apple_meaning(xmp)) return meaning;
     const heif_depth_representation_info* stated = nullptr;
     if (heif_image_handle_get_depth_image_representation_info(photo, id, &stated) == 0) return std::nullopt;
@@ -62,17 +62,17 @@ inline image<float> heif_gray(const heif_image* pixels, const std::string& where
 }
 
 /// Upright already. Raises unsupported, invalid_data, too_large.
-inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> bytes, const picture_limits& limits,
+inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> bytes, decoding_budget& budget,
                                                   const std::string& where) {
-    const heif_file file(bytes, limits, where);
+    heif_file file(bytes, budget, where);
     heif_item_id id = 0;
     if (heif_image_handle_get_list_of_depth_image_IDs(file.primary.get(), &id, 1) < 1) return std::nullopt;
     const std::string here = where + ", depth";
     heif_image_handle* handle = nullptr;
     check_heif(heif_image_handle_get_depth_image_handle(file.primary.get(), id, &handle), here);
     const heif_picture_handle depth(handle);
-    check_heif_limits(depth.get(), bytes.size(), limits, here);
-    const std::optional<depth_meaning> meaning = heif_meaning(file.primary.get(), depth.get(), id);
+    if (!file.items.take_depth(budget)) return std::nullopt;
+    const std::optional<depth_meaning> meaning = heif_meaning(file.primary.get(), depth.get(), id, budget, here);
     const heif_pixels pixels = decode_heif_pixels(depth.get(), heif_colorspace_undefined, heif_chroma_undefined, here);
     image<float> values = heif_gray(pixels.get(), here);
     if (!meaning) return found_depth{std::move(values), false, "HEIC depth without a range", false};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ldi/formats/detail/exif.hpp>
+#include <ldi/formats/detail/heif_items.hpp>
 #include <ldi/formats/detail/stored_photo.hpp>
 
 #include <libheif/heif.h>
@@ -34,15 +35,15 @@ using heif_pixels = std::unique_ptr<const heif_image, heif_deleter>;
 /// Raises what libheif said.
 [[noreturn]] inline void refuse_heif(const heif_error& said, const std::string& where) {
     const bool is_unsupported = said.code == heif_error_Unsupported_feature || said.code == heif_error_Unsupported_filetype;
-    const bool is_too_large =
-        said.code == heif_error_Memory_allocation_error || said.subcode == heif_suberror_Security_limit_exceeded;
+    const bool is_too_large = said.subcode == heif_suberror_Security_limit_exceeded;
     std::string found = std::string("'") + said.message + "'";
     if (heif_get_version_number() < 0x01130800)  // 1.19.8
         found += std::string("; libheif is ") + heif_get_version() +
                  ", and some of today's iPhone files need 1.19.8: a newer libheif helps, or the photo saved as JPEG";
-    raise(is_too_large     ? error_code::too_large
-          : is_unsupported ? error_code::unsupported
-                           : error_code::invalid_data,
+    raise(is_too_large                                      ? error_code::too_large
+          : said.code == heif_error_Memory_allocation_error ? error_code::out_of_memory
+          : is_unsupported                                  ? error_code::unsupported
+                                                            : error_code::invalid_data,
           where, "a HEIC or AVIF file that libheif reads", found);
 }
 
@@ -52,31 +53,38 @@ inline void check_heif(const heif_error& said, const std::string& where) {
 
 /// A file in memory, opened. The bytes must stay.
 struct heif_file {
-    heif_file(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where)
-        : context(heif_context_alloc()) {
-        if (!context) raise(error_code::too_large, where, "a file that fits in memory", std::to_string(bytes.size()) + " bytes");
-        const std::size_t longest_side = (std::min)(limits.max_pixels, std::size_t{65535});
+    heif_file(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where)
+        : items(bytes, budget, where), context(heif_context_alloc()) {
+        if (!context) raise(error_code::out_of_memory, where, "memory for a file", std::to_string(bytes.size()) + " bytes");
+        const std::size_t longest_side = (std::min)(budget.max_pixels(), std::size_t{65535});
         heif_context_set_maximum_image_size_limit(context.get(), static_cast<int>(longest_side));
+        limit(budget);
         check_heif(heif_context_read_from_memory_without_copy(context.get(), bytes.data(), bytes.size(), nullptr), where);
         heif_image_handle* handle = nullptr;
         check_heif(heif_context_get_primary_image_handle(context.get(), &handle), where);
         primary.reset(handle);
     }
+
+    heif_items items;
     heif_context_handle context;
     heif_picture_handle primary;
-};
 
-/// Checks the size that a picture states.
-inline void check_heif_limits(const heif_image_handle* handle, std::size_t file_size, const picture_limits& limits,
-                              const std::string& where) {
-    const int width = heif_image_handle_get_width(handle), height = heif_image_handle_get_height(handle);
-    if (width < 1 || height < 1) raise(error_code::invalid_data, where, "an undamaged HEIC or AVIF file", "an empty picture");
-    picture_header header;
-    header.width = static_cast<std::size_t>(width), header.height = static_cast<std::size_t>(height);
-    // As coded (at most 3 samples), in tiles and together, and as RGB.
-    header.memory_per_pixel = heif_image_handle_get_luma_bits_per_pixel(handle) > 8 ? 18 : 10;
-    check_limits(header, file_size, limits, where);
-}
+private:
+    /// libheif's own limits, where it has them.
+    void limit([[maybe_unused]] const decoding_budget& budget) {
+#if LIBHEIF_NUMERIC_VERSION >= 0x01130000
+        heif_security_limits* const limits = heif_context_get_security_limits(context.get());
+        if (limits == nullptr) return;
+        limits->max_image_size_pixels = budget.max_pixels();
+        limits->max_number_of_tiles = 4096;
+        limits->max_items = 4096;
+        limits->max_memory_block_size = budget.left();
+#if LIBHEIF_NUMERIC_VERSION >= 0x01140000
+        limits->max_total_memory = budget.left();
+#endif
+#endif
+    }
+};
 
 inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colorspace space, heif_chroma chroma,
                                       const std::string& where) {
@@ -88,7 +96,8 @@ inline heif_pixels decode_heif_pixels(const heif_image_handle* handle, heif_colo
 }
 
 /// Of an image: every block of metadata of a type ("Exif", or "mime" for XMP).
-inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle* handle, const char* type) {
+inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle* handle, const char* type,
+                                                         decoding_budget& budget, const std::string& where) {
     constexpr std::size_t limit = std::size_t{4} << 20;
     const int count = heif_image_handle_get_number_of_metadata_blocks(handle, type);
     std::vector<heif_item_id> identifiers(static_cast<std::size_t>((std::max)(count, 0)));
@@ -97,6 +106,7 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
     for (const heif_item_id id : identifiers) {
         const std::size_t size = heif_image_handle_get_metadata_size(handle, id);
         if (size == 0 || size > limit) continue;
+        budget.take(nearest_double(size), where, "metadata of " + std::to_string(size) + " bytes");
         std::vector<std::byte> block(size);
         if (heif_image_handle_get_metadata(handle, id, block.data()).code == heif_error_Ok) blocks.push_back(std::move(block));
     }
@@ -106,9 +116,8 @@ inline std::vector<std::vector<std::byte>> heif_metadata(const heif_image_handle
 /// An ICC profile, or else the primaries by number where the curve is sRGB's or one like it.
 inline color_profile heif_profile(const heif_image_handle* handle) {
     color_profile profile;
-    constexpr std::size_t limit = std::size_t{4} << 20;
     const std::size_t size = heif_image_handle_get_raw_color_profile_size(handle);
-    if (size > 0 && size <= limit) {
+    if (size > 0 && size <= max_profile_bytes) {
         profile.icc.resize(size);
         if (heif_image_handle_get_raw_color_profile(handle, profile.icc.data()).code == heif_error_Ok) return profile;
         profile.icc.clear();
@@ -124,10 +133,10 @@ inline color_profile heif_profile(const heif_image_handle* handle) {
 }
 
 /// Raises unsupported, invalid_data, too_large.
-inline stored_photo decode_heif(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where) {
-    const heif_file file(bytes, limits, where);
+inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    heif_file file(bytes, budget, where);
     const heif_image_handle* const primary = file.primary.get();
-    check_heif_limits(primary, bytes.size(), limits, where);
+    file.items.take_primary(budget);
     const bool has_alpha = heif_image_handle_has_alpha_channel(primary) != 0;
     const heif_pixels pixels = decode_heif_pixels(primary, heif_colorspace_RGB,
                                                   has_alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB, where);
@@ -145,7 +154,7 @@ inline stored_photo decode_heif(std::span<const std::byte> bytes, const picture_
     for (std::size_t y = 0; y < photo.picture.height; ++y)
         std::memcpy(photo.picture.samples.get() + y * row, from + y * static_cast<std::size_t>(stride), row);
     photo.profile = heif_profile(primary);
-    for (const std::vector<std::byte>& block : heif_metadata(primary, "Exif")) {
+    for (const std::vector<std::byte>& block : heif_metadata(primary, "Exif", budget, where)) {
         // Four bytes say how many more to skip.
         const std::size_t begin = block.size() < 4 ? block.size() : std::size_t{big_endian_32(block, 0)} + 4;
         if (begin >= block.size()) continue;

@@ -10,10 +10,10 @@
 #pragma once
 
 #include <ldi/formats/detail/stored_depth.hpp>
+#include <ldi/formats/detail/tiff_directory.hpp>
 #include <ldi/formats/detail/xmp.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -29,6 +29,14 @@ struct found_depth {
     bool is_metric = false;
     std::string source;
     bool is_inverse_depth = true;  ///< else only the order of distances is known
+};
+
+/// Depth of which no pixel has been decoded yet.
+struct located_depth {
+    std::span<const std::byte> depth, confidence;  ///< whole files; the second may be empty
+    depth_meaning meaning;
+    std::string source, where;
+    std::vector<std::byte> depth_in_text, confidence_in_text;  ///< the files where they were written as text
 };
 
 /// Range and unit in the words of GDepth and Dynamic Depth. Raises unsupported, invalid_data.
@@ -47,23 +55,26 @@ inline depth_meaning google_meaning(const xmp_properties& xmp, std::string_view 
     return meaning;
 }
 
-/// depth, confidence  whole files; confidence may be empty
-inline found_depth decode_google_depth(std::span<const std::byte> depth, std::span<const std::byte> confidence,
-                                       const depth_meaning& meaning, const picture_limits& limits, const std::string& where) {
-    image<float> values = decode_gray_unit(depth, limits, where);
-    if (!confidence.empty()) drop_unsure(values, decode_gray_unit(confidence, limits, where + ", confidence"));
-    return {to_disparity(std::move(values), meaning, where), meaning.unit > 0,
-            meaning.coding == depth_coding::range_linear ? "RangeLinear" : "RangeInverse"};
+inline const char* range_name(const depth_meaning& meaning) {
+    return meaning.coding == depth_coding::range_linear ? "RangeLinear" : "RangeInverse";
 }
 
-inline std::optional<found_depth> find_gdepth(const xmp_properties& xmp, const picture_limits& limits, const std::string& where) {
+inline std::optional<located_depth> locate_gdepth(const xmp_properties& xmp, decoding_budget& budget, const std::string& where) {
     constexpr std::string_view space = "http://ns.google.com/photos/1.0/depthmap";
     const std::optional<std::string_view> data = xmp.text(space, "Data"), confidence = xmp.text(space, "Confidence");
     if (!data) return std::nullopt;
     const std::string here = where + ", GDepth";
-    found_depth found = decode_google_depth(decode_base64(*data), decode_base64(confidence.value_or("")),
-                                            google_meaning(xmp, space, here), limits, here);
-    found.source = "GDepth, " + found.source;
+    const depth_meaning meaning = google_meaning(xmp, space, here);
+    const std::size_t written = data->size() + confidence.value_or("").size();
+    budget.take(nearest_double(written), here, "base64 text of " + std::to_string(written) + " bytes");
+    located_depth found{{},
+                        {},
+                        meaning,
+                        std::string("GDepth, ") + range_name(meaning),
+                        here,
+                        decode_base64(*data),
+                        decode_base64(confidence.value_or(""))};
+    found.depth = found.depth_in_text, found.confidence = found.confidence_in_text;
     return found;
 }
 
@@ -75,10 +86,10 @@ struct appended_item {
 
 /// What one of the two directories lists, the photo itself first.
 inline std::vector<appended_item> list_items(const xmp_properties& xmp, std::string_view space) {
-    constexpr std::size_t most = 64;  // real ones have two to five
+    constexpr std::size_t max_items = 64;  // real ones have two to five
     std::vector<appended_item> items;
     for (const xmp_property& p : xmp.all()) {
-        if (p.space != space || p.name != "Mime" || items.size() == most) continue;
+        if (p.space != space || p.name != "Mime" || items.size() == max_items) continue;
         const auto count = [&](std::string_view name) {
             return static_cast<std::size_t>(std::clamp(xmp.number(space, name, p.owner).value_or(0), 0.0, 1e15));
         };
@@ -108,9 +119,8 @@ inline std::span<const std::byte> item_bytes(std::span<const std::byte> bytes, s
     return !from_photo.empty() || after > bytes.size() ? from_photo : piece(bytes.size() - after);
 }
 
-inline std::optional<found_depth> find_dynamic_depth(std::span<const std::byte> bytes, std::size_t photo_end,
-                                                     const xmp_properties& xmp, const picture_limits& limits,
-                                                     const std::string& where) {
+inline std::optional<located_depth> locate_dynamic_depth(std::span<const std::byte> bytes, std::size_t photo_end,
+                                                         const xmp_properties& xmp, const std::string& where) {
     constexpr std::string_view space = "http://ns.google.com/photos/dd/1.0/depthmap";
     const std::string here = where + ", Dynamic Depth";
     if (!xmp.text(space, "Near")) return std::nullopt;
@@ -126,9 +136,8 @@ inline std::optional<found_depth> find_dynamic_depth(std::span<const std::byte> 
         const std::span<const std::byte> depth = find("Depth", xmp.text(space, "DepthURI").value_or("")),
                                          confidence = find("Confidence", xmp.text(space, "ConfidenceURI").value_or(""));
         if (depth.empty()) continue;
-        found_depth found = decode_google_depth(depth, confidence, google_meaning(xmp, space, here), limits, here);
-        found.source = "Dynamic Depth, " + found.source;
-        return found;
+        const depth_meaning meaning = google_meaning(xmp, space, here);
+        return located_depth{depth, confidence, meaning, std::string("Dynamic Depth, ") + range_name(meaning), here, {}, {}};
     }
     raise(error_code::invalid_data, here, "the depth map that is announced", "no such file behind the photo");
 }
@@ -144,61 +153,68 @@ inline std::optional<depth_meaning> apple_meaning(const xmp_properties& xmp) {
     return meaning;
 }
 
-/// Offset and length of the pictures that a Multi-Picture Format segment lists.
-inline std::vector<std::pair<std::size_t, std::size_t>> list_pictures(std::span<const std::byte> bytes,
-                                                                      std::span<const std::byte> segment) {
+/// The pictures behind the photo that a Multi-Picture Format segment lists.
+inline std::vector<std::span<const std::byte>> list_pictures(std::span<const std::byte> bytes,
+                                                             std::span<const std::byte> segment) {
+    constexpr std::size_t list_tag = 0xB002, entry_bytes = 16, max_pictures = 16;  // a photo has one to three
     const std::span<const std::byte> tiff = segment.subspan(4);
-    const bool little_endian = has_text(tiff, 0, "II");
-    const auto number = [&](std::size_t at, std::size_t size) {
-        std::size_t value = 0;
-        for (std::size_t i = 0; i < size && at + size <= tiff.size(); ++i)
-            value = value << 8 | byte_at(tiff, at + (little_endian ? size - 1 - i : i));
-        return value;
-    };
-    const std::size_t origin = static_cast<std::size_t>(tiff.data() - bytes.data()), directory = number(4, 4);
-    std::vector<std::pair<std::size_t, std::size_t>> pictures;
-    for (std::size_t i = 0; i < number(directory, 2); ++i) {
-        const std::size_t entry = directory + 2 + 12 * i;
-        if (number(entry, 2) != 0xB002) continue;  // the list of pictures, 16 bytes each
-        const std::size_t length = number(entry + 4, 4), list = number(entry + 8, 4);
-        for (std::size_t at = list; at + 16 <= tiff.size() && at + 16 <= list + length; at += 16)
-            pictures.emplace_back(origin + number(at + 8, 4), number(at + 4, 4));
-    }
+    const std::size_t origin = static_cast<std::size_t>(tiff.data() - bytes.data());
+    const tiff_directory directory(tiff);
+    std::vector<std::span<const std::byte>> pictures;
+    bool is_listed = false;
+    directory.for_each([&](const tiff_directory::entry& list) {
+        if (list.tag != list_tag || is_listed) return;
+        is_listed = true;
+        for (std::size_t i = 0; i < max_pictures && nearest_double(entry_bytes * (i + 1)) <= list.bytes; ++i) {
+            const std::size_t entry = list.place + entry_bytes * i;
+            const std::size_t length = static_cast<std::size_t>(directory.number(entry + 4, 4)),
+                              at = origin + static_cast<std::size_t>(directory.number(entry + 8, 4));
+            if (at >= bytes.size() || length > bytes.size() - at) continue;
+            const std::span<const std::byte> picture = bytes.subspan(at, length);
+            if (picture.data() != bytes.data() && is_jpeg(picture)) pictures.push_back(picture);
+        }
+    });
     return pictures;
 }
 
-inline std::optional<found_depth> find_apple_depth(std::span<const std::byte> bytes, const picture_header& photo,
-                                                   const picture_limits& limits, const std::string& where) {
-    constexpr std::size_t most = 16;  // a photo has one to three
-    for (const std::span<const std::byte> segment : photo.extensions) {
-        if (!has_text(segment, 0, std::string_view("MPF\0", 4))) continue;
-        std::size_t count = 0;
-        for (const auto& [at, length] : list_pictures(bytes, segment)) {
-            if (at >= bytes.size() || length > bytes.size() - at || ++count > most) continue;
-            const std::span<const std::byte> picture = bytes.subspan(at, length);
-            if (picture.data() == bytes.data() || !is_jpeg(picture)) continue;
-            const std::string here = where + ", picture " + std::to_string(count);
-            xmp_properties xmp;
-            add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size());
-            const std::optional<depth_meaning> meaning = apple_meaning(xmp);
-            if (!meaning) continue;
-            return found_depth{to_disparity(decode_gray_unit(picture, limits, here), *meaning, here), meaning->unit > 0,
-                               meaning->coding == depth_coding::disparity ? "Apple disparity" : "Apple depth"};
-        }
+inline std::optional<located_depth> locate_apple_depth(std::span<const std::byte> bytes, const picture_header& photo,
+                                                       decoding_budget& budget, const std::string& where) {
+    const auto segment = std::find_if(photo.extensions.begin(), photo.extensions.end(),
+                                      [](std::span<const std::byte> s) { return has_text(s, 0, std::string_view("MPF\0", 4)); });
+    if (segment == photo.extensions.end()) return std::nullopt;
+    std::size_t count = 0;
+    for (const std::span<const std::byte> picture : list_pictures(bytes, *segment)) {
+        const std::string here = where + ", picture " + std::to_string(++count);
+        // The search for its end reads the picture, and all of them may be the same one.
+        budget.take(nearest_double(picture.size()), here, "pictures of " + std::to_string(picture.size()) + " bytes");
+        xmp_properties xmp;
+        add_jpeg_xmp(xmp, read_jpeg_header(picture, here).extensions, picture.size(), budget, here);
+        if (const std::optional<depth_meaning> meaning = apple_meaning(xmp))
+            return located_depth{
+                picture, {}, *meaning, meaning->coding == depth_coding::disparity ? "Apple disparity" : "Apple depth",
+                here,    {}, {}};
     }
     return std::nullopt;
 }
 
+/// header  of the photo
 /// Raises unsupported, invalid_data, too_large.
-inline std::optional<found_depth> find_jpeg_depth(std::span<const std::byte> bytes, const picture_limits& limits,
-                                                  const std::string& where) {
-    const picture_header header = read_jpeg_header(bytes, where);
+inline std::optional<located_depth> locate_jpeg_depth(std::span<const std::byte> bytes, const picture_header& header,
+                                                      decoding_budget& budget, const std::string& where) {
     xmp_properties xmp;
-    add_jpeg_xmp(xmp, header.extensions, bytes.size());
-    std::optional<found_depth> found = find_dynamic_depth(bytes, header.end, xmp, limits, where);
-    if (!found) found = find_gdepth(xmp, limits, where);
-    if (!found) found = find_apple_depth(bytes, header, limits, where);
+    add_jpeg_xmp(xmp, header.extensions, bytes.size(), budget, where);
+    std::optional<located_depth> found = locate_dynamic_depth(bytes, header.end, xmp, where);
+    if (!found) found = locate_gdepth(xmp, budget, where);
+    if (!found) found = locate_apple_depth(bytes, header, budget, where);
     return found;
+}
+
+/// As stored, not turned. Raises unsupported, invalid_data, too_large.
+inline found_depth decode_located(const located_depth& located, decoding_budget& budget) {
+    image<float> values = decode_gray_unit(located.depth, budget, located.where);
+    if (!located.confidence.empty())
+        drop_unsure(values, decode_gray_unit(located.confidence, budget, located.where + ", confidence"));
+    return {to_disparity(std::move(values), located.meaning, located.where), located.meaning.unit > 0, located.source};
 }
 
 }  // namespace ldi::detail

@@ -15,8 +15,8 @@
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
 /// An object that is a whole text. Errors: invalid_data, naming the byte.
-inline json_value read_json_object(std::string_view text, int most_depth, const std::string& where) {
-    return json_reader(text, most_depth, where).whole_object();
+inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
+    return json_reader(text, max_depth, where).whole_object();
 }
 
 inline std::string unescaped(std::string_view written) {
@@ -31,7 +31,7 @@ void for_each_member(const json_value& object, Visit&& visit) {
     const json_visitor call = [](void* to, std::string_view name, const json_value& value) {
         (*static_cast<std::remove_reference_t<Visit>*>(to))(unescaped(name), value);
     };
-    json_reader(object.text, (std::numeric_limits<int>::max)(), std::string()).walk_object(0, call, &visit);
+    json_reader(object.text).walk_object(0, call, &visit);
 }
 
 /// Calls visit(value) for every element of a checked array.
@@ -40,7 +40,7 @@ void for_each_element(const json_value& array, Visit&& visit) {
     const json_visitor call = [](void* to, std::string_view, const json_value& value) {
         (*static_cast<std::remove_reference_t<Visit>*>(to))(value);
     };
-    json_reader(array.text, (std::numeric_limits<int>::max)(), std::string()).walk_array(0, call, &visit);
+    json_reader(array.text).walk_array(0, call, &visit);
 }
 
 /// The member of that name; of kind `none` where there is none, or where `object` is something else.

@@ -72,9 +72,11 @@ inline void append_unescaped(std::string_view written, buffer<char>& to) {
 /// Walks a text and checks all that it passes. Errors: invalid_data; `where` names the text in messages.
 class json_reader {
 public:
-    /// most_depth  how deep objects and arrays may stand in each other
-    json_reader(std::string_view text, int most_depth, std::string where)
-        : text_(text), most_depth_(most_depth), where_(std::move(where)) {}
+    /// max_depth  how deep objects and arrays may stand in each other
+    json_reader(std::string_view text, int max_depth, std::string where)
+        : text_(text), max_depth_(max_depth), where_(std::move(where)) {}
+    /// For a text that a reader has passed: it is walked through once more, not checked.
+    explicit json_reader(std::string_view checked) : text_(checked), is_checked_(true) {}
 
     /// The one object that the text consists of.
     json_value whole_object() {
@@ -93,7 +95,7 @@ public:
         for (bool first = true; !leave('}', first, "a name or } in a JSON object"); first = false) {
             if (peek() != '"') fail("a name in a JSON object");
             const std::string_view name = read_string();
-            seen.add(name);
+            if (!is_checked_) seen.add(name);
             skip_space();
             if (peek() != ':') fail("a colon after a name");
             ++at_;
@@ -101,7 +103,7 @@ public:
             const json_value value = read_value(depth + 1);
             if (visit != nullptr) visit(to, name, value);
         }
-        seen.check(where_);
+        if (!is_checked_) seen.check(where_);
     }
 
     /// Calls visit(to, {}, value) for the elements of the array that the text begins with.
@@ -150,8 +152,8 @@ private:
     }
 
     void enter(int depth) {
-        if (depth >= most_depth_)
-            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(most_depth_) + " deep",
+        if (!is_checked_ && depth >= max_depth_)
+            raise(error_code::invalid_data, where_, "JSON nested at most " + std::to_string(max_depth_) + " deep",
                   "deeper nesting");
         ++at_;
     }
@@ -280,8 +282,9 @@ private:
 
     std::string_view text_;
     std::size_t at_ = 0;
-    int most_depth_;
+    int max_depth_ = 0;
     std::string where_;
+    bool is_checked_ = false;
 };
 
 }  // namespace ldi::detail

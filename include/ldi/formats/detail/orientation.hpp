@@ -29,7 +29,8 @@ inline upright_order make_upright(unsigned orientation, std::size_t stored_heigh
 
 /// stored  H x W x 1
 template <class Scalar>
-image<Scalar> turn_upright(const image<Scalar>& stored, unsigned orientation) {
+image<Scalar> turn_upright(image<Scalar> stored, unsigned orientation) {
+    if (orientation < 2 || orientation > 8) return stored;
     const upright_order order = make_upright(orientation, stored.height(), stored.width());
     image<Scalar> result(order.height, order.width, 1, unset);
     for (std::size_t y = 0; y < order.height; ++y)

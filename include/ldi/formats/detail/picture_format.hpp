@@ -1,119 +1,23 @@
-// Facts about a picture file, read from its own bytes before anything is decoded or allocated: format, size, bit depth, the place
-// of its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that
-// all of the picture is there; these functions do.
+// Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
+// its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
+// of the picture is there; these functions do.
 #pragma once
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/formats/detail/checksums.hpp>
+#include <ldi/formats/detail/picture_header.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
-
-enum class picture_format { jpeg, png };
-
-/// The facts of a complete JPEG or PNG file.
-struct picture_header {
-    picture_format format = picture_format::jpeg;
-    std::size_t width = 0, height = 0;              ///< as stored, in pixels
-    std::size_t bits = 8;                           ///< of a sample: 8 or 16; PNG's 1, 2 and 4 are decoded to 8
-    std::size_t memory_per_pixel = 0;               ///< bytes that decoding takes, at most
-    std::size_t scanned_channels = 0;               ///< how often decoding passes through the picture, counted for each channel
-    std::span<const std::byte> exif;                ///< a TIFF structure; empty if there is none
-    std::span<const std::byte> profile_chunk;       ///< PNG's iCCP; empty if there is none
-    buffer<std::span<const std::byte>> extensions;  ///< JPEG's APP1 and APP2 segments, in their order
-    std::size_t end = 0;                            ///< behind the picture: phones append others to a JPEG file
-};
-
-inline unsigned byte_at(std::span<const std::byte> bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
-
-inline std::uint32_t big_endian_16(std::span<const std::byte> bytes, std::size_t i) {
-    return byte_at(bytes, i) << 8 | byte_at(bytes, i + 1);
-}
-
-inline std::uint32_t big_endian_32(std::span<const std::byte> bytes, std::size_t i) {
-    return big_endian_16(bytes, i) << 16 | big_endian_16(bytes, i + 2);
-}
-
-/// Whether `text` stands at offset i.
-inline bool has_text(std::span<const std::byte> bytes, std::size_t i, std::string_view text) {
-    return bytes.size() >= i + text.size() && std::memcmp(bytes.data() + i, text.data(), text.size()) == 0;
-}
-
-inline bool is_jpeg(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\xFF\xD8\xFF"); }
-inline bool is_webp(std::span<const std::byte> bytes) { return has_text(bytes, 0, "RIFF") && has_text(bytes, 8, "WEBP"); }
-inline bool is_png(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x89PNG\r\n\x1A\n"); }
-
-inline bool is_tiff(std::span<const std::byte> bytes) {
-    using namespace std::string_view_literals;
-    return has_text(bytes, 0, "II*\0"sv) || has_text(bytes, 0, "MM\0*"sv) || has_text(bytes, 0, "II+\0"sv) ||
-           has_text(bytes, 0, "MM\0+"sv);
-}
-
-/// Whether it is HEIC or AVIF, by the brands that a file says it follows.
-inline bool is_heif(std::span<const std::byte> bytes) {
-    if (bytes.size() < 16 || !has_text(bytes, 4, "ftyp")) return false;
-    const std::size_t end = (std::min)(std::size_t{big_endian_32(bytes, 0)}, (std::min)(bytes.size(), std::size_t{256}));
-    for (std::size_t at = 8; at + 4 <= end; at += at == 8 ? 8 : 4)
-        for (const char* brand : {"heic", "heix", "heim", "heis", "hevc", "mif1", "msf1", "avif", "avis"})
-            if (has_text(bytes, at, brand)) return true;
-    return false;
-}
-
-/// A name for what the first bytes say, as error messages need it: "a GIF file".
-inline std::string describe_format(std::span<const std::byte> bytes) {
-    struct signature {
-        std::size_t offset;
-        std::string_view text, name;
-    };
-    using namespace std::string_view_literals;
-    static constexpr signature signatures[] = {
-        {0, "\xFF\xD8\xFF"sv, "a JPEG file"},
-        {0, "\x89PNG\r\n\x1A\n"sv, "a PNG file"},
-        {0, "GIF8"sv, "a GIF file"},
-        {8, "WEBP"sv, "a WebP file"},
-        {4, "ftypavif"sv, "an AVIF file"},
-        {4, "ftypavis"sv, "an AVIF file"},
-        {4, "ftyphe"sv, "a HEIC file"},
-        {4, "ftypm"sv, "a HEIC or MP4 file"},
-        {4, "ftyp"sv, "a video file"},
-        {4, "JXL "sv, "a JPEG XL file"},
-        {0, "\xFF\x0A"sv, "a JPEG XL file"},
-        {4, "jP  "sv, "a JPEG 2000 file"},
-        {0, "\xFF\x4F\xFF\x51"sv, "a JPEG 2000 file"},
-        {0, "II*\0"sv, "a TIFF or raw camera file"},
-        {0, "MM\0*"sv, "a TIFF or raw camera file"},
-        {0, "8BPS"sv, "a Photoshop file"},
-        {0, "BM"sv, "a BMP file"},
-        {0, "\x76\x2F\x31\x01"sv, "an OpenEXR file"},
-        {0, "#?RADIANCE"sv, "a Radiance HDR file"},
-        {0, "PF"sv, "a color PFM file"},
-        {0, "Pf"sv, "a PFM file"},
-        {0, "\x93NUMPY"sv, "an NPY file"},
-        {0, "%PDF"sv, "a PDF file"},
-        {0, "PK\x03\x04"sv, "a ZIP archive"},
-        {0, "glTF"sv, "a GLB file"},
-    };
-    if (bytes.empty()) return "an empty file";
-    for (const signature& s : signatures)
-        if (has_text(bytes, s.offset, s.text)) return std::string(s.name);
-    return std::to_string(bytes.size()) + " bytes of an unknown format";
-}
-
-/// Raises the error for a damaged file.
-[[noreturn]] inline void damaged(picture_format format, const std::string& where, const std::string& found) {
-    raise(error_code::invalid_data, where, format == picture_format::jpeg ? "an undamaged JPEG file" : "an undamaged PNG file",
-          found);
-}
 
 /// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
 /// not.
@@ -208,9 +112,12 @@ private:
         header_.height = big_endian_16(body, 1), header_.width = big_endian_16(body, 3);
         components_ = byte_at(body, 5);
         // Channels as decoded, 2 bytes of coefficients in a progressive file, and the picture made of them.
-        header_.memory_per_pixel = components_ * (marker == 0xC2 ? 3 : 1) + 3;
+        const std::size_t stored = components_ * (marker == 0xC2 ? 3 : 1);
+        header_.memory_per_pixel = stored + 3;
         if (header_.height == 0) unsupported("a JPEG that states its height at the end");
         if (header_.width == 0) broken("a width of 0");
+        // Blocks of up to 32 x 32 pixels are decoded whole.
+        header_.more_memory = nearest_double(stored) * (32 * nearest_double(header_.width + header_.height) + 1024);
         if (components_ != 1 && components_ != 3 && components_ != 4) unsupported(std::to_string(components_) + " channels");
         if (body.size() != 6 + 3 * components_) broken("a frame header of the wrong length");
         for (std::size_t c = 0; c < components_; ++c) unscanned_.push_back(byte_at(body, 6 + 3 * c));
@@ -234,8 +141,8 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     const auto broken = [&](const std::string& found) { damaged(picture_format::png, where, found); };
     picture_header header;
     header.format = picture_format::png;
-    std::size_t compressed = 0, bits_per_pixel = 0;
-    bool begun = false, ended = false;
+    std::size_t compressed = 0, bits_per_pixel = 0, decoded = 0;
+    bool begun = false, ended = false, interlaced = false, has_transparent_color = false;
     for (std::size_t at = 8; !ended;) {
         if (bytes.size() - at < 12) broken("a file that is cut off after " + std::to_string(bytes.size()) + " bytes");
         const std::size_t length = big_endian_32(bytes, at);
@@ -263,11 +170,12 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
                 broken("a width or height outside PNG's range");
             header.bits = depth == 16 ? 16 : 8;
             bits_per_pixel = depth * channels;
-            // Inflated rows and the picture made of them, which a palette may give four channels; at the end 8-bit RGB.
-            const std::size_t decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;
-            header.memory_per_pixel = decoded + (std::max)((bits_per_pixel + 7) / 8, std::size_t{3});
+            interlaced = byte_at(body, 12) == 1;
+            decoded = color == 3 ? 4 : channels * (std::max)(depth, std::size_t{8}) / 8;  // a palette's colors may have alpha
         } else if (has_text(type, 0, "IDAT")) {
             compressed += length;
+        } else if (has_text(type, 0, "tRNS")) {
+            has_transparent_color = true;
         } else if (has_text(type, 0, "eXIf")) {
             header.exif = body;
         } else if (has_text(type, 0, "iCCP")) {
@@ -282,6 +190,15 @@ inline picture_header read_png_header(std::span<const std::byte> bytes, const st
     if (raw > 1032.0 * nearest_double(compressed) + 1024.0)
         broken(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels in " + std::to_string(compressed) +
                " bytes of data");
+    // Inflated rows and the picture made of them; at the end 8-bit RGB. The buffer of an interlaced picture's rows, which are a
+    // few bytes longer, is doubled once.
+    if (has_transparent_color && bits_per_pixel >= 8) decoded += header.bits / 8;
+    const std::size_t row = (bits_per_pixel + 7) / 8, rows = interlaced ? 2 * row : row;
+    header.memory_per_pixel = (std::max)({rows + decoded, decoded + 3, interlaced ? 3 * row : 0});
+    header.more_memory = 3 * nearest_double(compressed) + nearest_double(header.height);
+    header.max_growth =
+        (std::max)((header.width * header.height * bits_per_pixel / 8 + header.height) * (interlaced ? 2 : 1), 2 * compressed) +
+        65536;
     return header;
 }
 

@@ -1,5 +1,5 @@
-// stb_image's JPEG and PNG decoders, private to ldi: in a namespace of their own and with internal linkage, so that they neither
-// clash with the copy inside libtinygltf nor with one that the including program has, before or after this header.
+// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi: in a namespace of their own and with internal linkage, so that they
+// neither clash with the copy inside libtinygltf nor with one that the including program has, before or after this header.
 #pragma once
 #pragma GCC system_header
 
@@ -26,6 +26,8 @@
 #pragma push_macro("STB_IMAGE_STATIC")
 #pragma push_macro("STBI_ONLY_JPEG")
 #pragma push_macro("STBI_ONLY_PNG")
+#pragma push_macro("STBI_ONLY_GIF")
+#pragma push_macro("STBI_ONLY_BMP")
 #pragma push_macro("STBI_NO_STDIO")
 #pragma push_macro("STBI_NO_LINEAR")
 #pragma push_macro("STBI_NO_BMP")
@@ -46,6 +48,8 @@
 #undef STB_IMAGE_STATIC
 #undef STBI_ONLY_JPEG
 #undef STBI_ONLY_PNG
+#undef STBI_ONLY_GIF
+#undef STBI_ONLY_BMP
 #undef STBI_NO_STDIO
 #undef STBI_NO_LINEAR
 #undef STBI_MALLOC
@@ -58,6 +62,8 @@
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_JPEG
 #define STBI_ONLY_PNG
+#define STBI_ONLY_GIF
+#define STBI_ONLY_BMP
 #define STBI_NO_STDIO
 #define STBI_NO_LINEAR
 // Zeroed memory: what a damaged file leaves undecoded is then the same every time, and never somebody else's data.
@@ -110,6 +116,8 @@ public:
 #pragma pop_macro("STBI_NO_BMP")
 #pragma pop_macro("STBI_NO_LINEAR")
 #pragma pop_macro("STBI_NO_STDIO")
+#pragma pop_macro("STBI_ONLY_BMP")
+#pragma pop_macro("STBI_ONLY_GIF")
 #pragma pop_macro("STBI_ONLY_PNG")
 #pragma pop_macro("STBI_ONLY_JPEG")
 #pragma pop_macro("STB_IMAGE_STATIC")

@@ -31,11 +31,9 @@ struct depth_meaning {
 };
 
 /// A gray picture's values from 0 to 1. Raises as decode_depth_map() does.
-inline image<float> decode_gray_unit(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where) {
-    const picture_header header = read_picture_header(bytes, where);
-    check_limits(header, bytes.size(), limits, where);
-    image<float> values =
-        header.bits == 16 ? decode_gray<std::uint16_t>(bytes, header, where) : decode_gray<std::uint8_t>(bytes, header, where);
+inline image<float> decode_gray_unit(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    const picture_header header = take_depth_header(bytes, budget, where);
+    image<float> values = decode_gray(bytes, header, where);
     const float scale = header.bits == 16 ? 1.0F / 65535 : 1.0F / 255;
     for (float& v : values) v *= scale;
     return values;

@@ -14,6 +14,9 @@
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
+/// A longer ICC profile is taken for none: those of cameras and screens have some kilobytes, those of scanners half a megabyte.
+inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
+
 /// The colors that samples stand for. Without either member they are sRGB.
 struct color_profile {
     std::vector<std::byte> icc;
@@ -27,13 +30,13 @@ struct stored_photo {
     color_profile profile;
 };
 
-/// Memory for a picture. Raises too_large.
+/// Memory for a picture. Raises out_of_memory.
 inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::size_t width, std::size_t channels,
                                                       const std::string& where) {
     decoded_picture<std::uint8_t> picture;
     picture.samples.reset(static_cast<std::uint8_t*>(std::malloc(height * width * channels)));
     if (!picture.samples)
-        raise(error_code::too_large, where, "a picture that fits in memory",
+        raise(error_code::out_of_memory, where, "memory for a picture",
               std::to_string(width) + " x " + std::to_string(height) + " pixels");
     picture.height = height, picture.width = width, picture.channels = channels;
     return picture;

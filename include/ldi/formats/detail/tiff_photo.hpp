@@ -3,7 +3,9 @@
 #pragma once
 
 #include <ldi/base/numbers.hpp>
+#include <ldi/formats/detail/decoding_budget.hpp>
 #include <ldi/formats/detail/stored_photo.hpp>
+#include <ldi/formats/detail/tiff_directory.hpp>
 
 #include <tiffio.h>
 
@@ -14,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -59,10 +62,10 @@ struct tiff_closer {
 };
 using tiff_handle = std::unique_ptr<TIFF, tiff_closer>;
 
-inline tiff_handle open_tiff(tiff_memory& memory, const picture_limits& limits) {
+inline tiff_handle open_tiff(tiff_memory& memory, std::size_t max_block) {
     const std::unique_ptr<TIFFOpenOptions, tiff_closer> options(TIFFOpenOptionsAlloc());
     if (!options) return nullptr;
-    TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), static_cast<tmsize_t>(limits.max_memory));
+    TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), static_cast<tmsize_t>(max_block));
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_memory::complain, &memory);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_memory::ignore, nullptr);
     return tiff_handle(TIFFClientOpenExt("photo", "rm", &memory, tiff_memory::read, tiff_memory::write, tiff_memory::seek,
@@ -82,23 +85,67 @@ inline void lay_on_white(std::uint8_t* samples, std::size_t pixels) {
     }
 }
 
-/// Raises unsupported, invalid_data, too_large.
-inline stored_photo decode_tiff(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where) {
-    tiff_memory memory{bytes, 0, {}};
-    const tiff_handle file = open_tiff(memory, limits);
-    const auto broken = [&] { raise(error_code::invalid_data, where, "an undamaged TIFF file", memory.complaint); };
-    if (!file) broken();
-    std::uint32_t width = 0, height = 0, kind = 0, count = 0;
-    const void* data = nullptr;
-    TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
-    if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
-        raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file: develop it first");
-    TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
-    TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
-    if (width == 0 || height == 0) broken();
+/// A file whose directory has been read, and what decoding its picture takes.
+struct opened_tiff {
+    tiff_memory memory;
+    tiff_handle file;
     picture_header header;
-    header.width = width, header.height = height, header.memory_per_pixel = 16;  // samples of 16 bits, then packed ones
-    check_limits(header, bytes.size(), limits, where);
+
+    /// Raises unsupported, invalid_data, too_large.
+    opened_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) : memory{bytes, 0, {}} {
+        budget.check_format(picture_format::tiff, where);
+        // libtiff reads the values of all entries, and keeps them; thousands of entries may list the same ones.
+        double listed = 0;
+        tiff_directory(bytes).for_each([&](const tiff_directory::entry& e) {
+            if (!e.is_inside) listed += (std::min)(e.bytes, nearest_double(bytes.size()));
+        });
+        budget.take(2 * listed, where, "a directory of " + std::to_string(static_cast<std::uint64_t>(listed)) + " bytes");
+        file = open_tiff(memory, budget.left());
+        if (!file) broken(where);
+        read_header(where);
+        budget.take(header, where);
+    }
+
+    opened_tiff(const opened_tiff&) = delete;  // libtiff keeps the address of `memory`
+    opened_tiff& operator=(const opened_tiff&) = delete;
+
+    [[noreturn]] void broken(const std::string& where) const { damaged(picture_format::tiff, where, memory.complaint); }
+
+private:
+    void read_header(const std::string& where) {
+        std::uint32_t width = 0, height = 0, kind = 0;
+        const void* data = nullptr;
+        TIFFGetField(file.get(), TIFFTAG_SUBFILETYPE, &kind);
+        if ((kind & FILETYPE_REDUCEDIMAGE) != 0 || TIFFGetField(file.get(), TIFFTAG_DNGVERSION, &data) == 1)
+            raise(error_code::unsupported, where, "a TIFF file of a picture", "a camera's raw file: develop it first");
+        TIFFGetField(file.get(), TIFFTAG_IMAGEWIDTH, &width);
+        TIFFGetField(file.get(), TIFFTAG_IMAGELENGTH, &height);
+        if (width == 0 || height == 0) broken(where);
+        header.format = picture_format::tiff;
+        header.width = width, header.height = height;
+        header.memory_per_pixel = 8;  // packed samples, then RGB
+        // The bytes of a strip or tile, its samples, a plane at a time or all at once, as some codecs keep them once more, and a
+        // tile as packed samples.
+        std::uint32_t tile_width = 0, tile_height = 0;
+        const bool is_tiled = TIFFIsTiled(file.get()) != 0;
+        if (is_tiled) {
+            TIFFGetField(file.get(), TIFFTAG_TILEWIDTH, &tile_width);
+            TIFFGetField(file.get(), TIFFTAG_TILELENGTH, &tile_height);
+        }
+        std::uint16_t layout = PLANARCONFIG_CONTIG;
+        TIFFGetFieldDefaulted(file.get(), TIFFTAG_PLANARCONFIG, &layout);
+        const double part = nearest_double(is_tiled ? TIFFTileSize64(file.get()) : TIFFStripSize64(file.get()));
+        header.more_memory = nearest_double(memory.bytes.size()) + 2 * part * (layout == PLANARCONFIG_CONTIG ? 1 : 4) +
+                             4 * nearest_double(tile_width) * nearest_double(tile_height);
+    }
+};
+
+/// Raises unsupported, invalid_data, too_large.
+inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    opened_tiff opened(bytes, budget, where);
+    const tiff_handle& file = opened.file;
+    const std::uint32_t width = static_cast<std::uint32_t>(opened.header.width),
+                        height = static_cast<std::uint32_t>(opened.header.height);
     char reason[1024] = "";
     if (TIFFRGBAImageOK(file.get(), reason) == 0) raise(error_code::unsupported, where, "a TIFF file of 8 or 16 bits", reason);
 
@@ -107,7 +154,9 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, const picture_
     TIFFGetFieldDefaulted(file.get(), TIFFTAG_ORIENTATION, &orientation);
     photo.orientation = orientation;
     TIFFSetField(file.get(), TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);  // libtiff would mirror, but not turn
-    if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1) {
+    std::uint32_t count = 0;
+    const void* data = nullptr;
+    if (TIFFGetField(file.get(), TIFFTAG_ICCPROFILE, &count, &data) == 1 && count <= max_profile_bytes) {
         const std::byte* const first = static_cast<const std::byte*>(data);
         photo.profile.icc.assign(first, first + count);
     }
@@ -115,15 +164,16 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, const picture_
     std::uint8_t* const samples = photo.picture.samples.get();
     if (TIFFReadRGBAImageOriented(file.get(), width, height, reinterpret_cast<std::uint32_t*>(samples), ORIENTATION_TOPLEFT, 1) ==
         0)
-        broken();
+        opened.broken(where);
     lay_on_white(samples, std::size_t{width} * height);
     photo.picture.channels = 3;
 
-    toff_t exif = 0;
-    std::uint16_t focal_length = 0;
-    if (TIFFGetField(file.get(), TIFFTAG_EXIFIFD, &exif) == 1 && TIFFReadEXIFDirectory(file.get(), exif) == 1 &&
-        TIFFGetField(file.get(), EXIFTAG_FOCALLENGTHIN35MMFILM, &focal_length) == 1 && focal_length > 0)
-        photo.focal_length_35mm = nearest_float(focal_length);
+    constexpr std::size_t exif_tag = 0x8769, focal_length_tag = 0xA405;
+    const tiff_directory directory(bytes);
+    if (const std::optional<std::uint64_t> exif = directory.find(exif_tag)) {
+        const std::uint64_t focal_length = directory.at(*exif).find(focal_length_tag).value_or(0);
+        if (focal_length > 0 && focal_length < 65536) photo.focal_length_35mm = nearest_float(focal_length);
+    }
     return photo;
 }
 

@@ -28,33 +28,47 @@ inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, s
     return {};
 }
 
-/// Raises unsupported (an animation), invalid_data, too_large.
-inline stored_photo decode_webp(std::span<const std::byte> bytes, const picture_limits& limits, const std::string& where) {
-    const std::uint8_t* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    const auto broken = [&](const char* found) { raise(error_code::invalid_data, where, "an undamaged WebP file", found); };
+/// Raises unsupported (an animation), invalid_data.
+inline picture_header read_webp_header(std::span<const std::byte> bytes, const std::string& where) {
     WebPBitstreamFeatures features;
-    const VP8StatusCode status = WebPGetFeatures(data, bytes.size(), &features);
-    if (status != VP8_STATUS_OK) broken("a bad header");
+    if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &features) != VP8_STATUS_OK)
+        damaged(picture_format::webp, where, "a bad header");
     if (features.has_animation) raise(error_code::unsupported, where, "a WebP file of one picture", "an animation");
     picture_header header;
+    header.format = picture_format::webp;
     header.width = static_cast<std::size_t>(features.width), header.height = static_cast<std::size_t>(features.height);
     header.memory_per_pixel = 11;  // samples as stored (4, and for lossless files 4 more), then as decoded (3)
-    check_limits(header, bytes.size(), limits, where);
+    header.has_alpha = features.has_alpha != 0;
+    return header;
+}
 
+/// Raises unsupported, invalid_data, too_large, out_of_memory.
+inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budget& budget, const std::string& where) {
+    budget.check_format(picture_format::webp, where);
+    const picture_header header = read_webp_header(bytes, where);
+    budget.take(header, where);
     stored_photo photo;
-    const std::size_t channels = features.has_alpha ? 4 : 3;
+    const std::size_t channels = header.has_alpha ? 4 : 3;
     photo.picture = allocate_picture(header.height, header.width, channels, where);
-    const std::size_t stride = header.width * channels, size = stride * header.height;
-    const auto decode = features.has_alpha ? WebPDecodeRGBAInto : WebPDecodeRGBInto;
-    if (decode(data, bytes.size(), photo.picture.samples.get(), size, static_cast<int>(stride)) == nullptr)
-        broken("a picture that is cut off or damaged");
+    WebPDecoderConfig into;
+    WebPInitDecoderConfig(&into);
+    into.output.colorspace = header.has_alpha ? MODE_RGBA : MODE_RGB;
+    into.output.is_external_memory = 1;
+    into.output.u.RGBA.rgba = photo.picture.samples.get();
+    into.output.u.RGBA.stride = static_cast<int>(header.width * channels);
+    into.output.u.RGBA.size = header.width * channels * header.height;
+    const VP8StatusCode status = WebPDecode(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &into);
+    if (status == VP8_STATUS_OUT_OF_MEMORY)
+        raise(error_code::out_of_memory, where, "memory for a picture",
+              std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
+    if (status != VP8_STATUS_OK) damaged(picture_format::webp, where, "a picture that is cut off or damaged");
 
     std::span<const std::byte> exif = riff_chunk(bytes, "EXIF");
     if (has_text(exif, 0, std::string_view("Exif\0\0", 6))) exif = exif.subspan(6);
     const exif_facts facts = read_exif(exif);
     photo.orientation = facts.orientation, photo.focal_length_35mm = facts.focal_length_35mm;
     const std::span<const std::byte> icc = riff_chunk(bytes, "ICCP");
-    photo.profile.icc.assign(icc.begin(), icc.end());
+    if (icc.size() <= max_profile_bytes) photo.profile.icc.assign(icc.begin(), icc.end());
     return photo;
 }
 

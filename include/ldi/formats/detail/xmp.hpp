@@ -2,7 +2,7 @@
 // element, under whatever prefix; both come out as namespace, name and text.
 #pragma once
 
-#include <ldi/formats/detail/picture_format.hpp>
+#include <ldi/formats/detail/decoding_budget.hpp>
 
 #include <pugixml.hpp>
 
@@ -21,7 +21,7 @@
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
 struct xmp_property {
-    std::string space;  ///< the namespace's address, without the slash that some writers put at its end
+    std::string_view space;  ///< the namespace's address, without the slash that some writers put at its end
     std::string_view name, text;
     std::size_t owner;  ///< number of the structure that it belongs to
 };
@@ -29,7 +29,9 @@ struct xmp_property {
 /// The properties of one or more packets. Damaged XML gives what stands before the damage.
 class xmp_properties {
 public:
-    void add(std::span<const std::byte> packet) {
+    /// Raises too_large.
+    void add(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
+        take(packet, budget, where);
         documents_.push_back(std::make_unique<pugi::xml_document>());
         pugi::xml_document& document = *documents_.back();
         document.load_buffer(packet.data(), packet.size(), pugi::parse_minimal | pugi::parse_escapes | pugi::parse_cdata);
@@ -58,6 +60,14 @@ public:
     }
 
 private:
+    /// An element of the tree and its text begin with "<" each, an attribute has its "=": at most 64 bytes for each of them.
+    static void take(std::span<const std::byte> packet, decoding_budget& budget, const std::string& where) {
+        const auto is_mark = [](std::byte b) { return b == std::byte{'<'} || b == std::byte{'='}; };
+        const std::ptrdiff_t marks = std::count_if(packet.begin(), packet.end(), is_mark);
+        budget.take(nearest_double(packet.size()) + 128 * nearest_double(marks), where,
+                    "XMP of " + std::to_string(packet.size()) + " bytes");
+    }
+
     /// Goes through all elements, without recursion, so that no nesting is too deep.
     struct structure_walker : pugi::xml_tree_walker {
         explicit structure_walker(xmp_properties& properties) : to(properties) {}
@@ -79,23 +89,30 @@ private:
     };
 
     void append(pugi::xml_node node, std::string_view qualified, std::string_view text, std::size_t owner) {
-        if (++looked_at_ > most_properties) return;
+        if (++looked_at_ > max_properties) return;
         const std::size_t colon = qualified.find(':');
-        if (colon == qualified.npos || qualified.substr(0, colon) == "xmlns") return;
+        if (colon == qualified.npos || colon > max_prefix || qualified.substr(0, colon) == "xmlns") return;
         const std::string declaration = "xmlns:" + std::string(qualified.substr(0, colon));
         std::string_view space;
-        for (int level = 0; level < most_levels && node && space.empty(); ++level, node = node.parent()) {
+        for (int level = 0; level < max_levels && node && space.empty(); ++level, node = node.parent()) {
             int count = 0;
-            for (pugi::xml_attribute a = node.first_attribute(); a && count < most_attributes; a = a.next_attribute(), ++count)
-                if (declaration == a.name()) space = a.value();
+            for (pugi::xml_attribute a = node.first_attribute(); a && count < max_attributes; a = a.next_attribute(), ++count)
+                if (std::strncmp(declaration.c_str(), a.name(), declaration.size() + 1) == 0) space = beginning(a.value());
         }
-        while (!space.empty() && space.back() == '/') space.remove_suffix(1);
-        if (!space.empty()) list_.push_back({std::string(space), qualified.substr(colon + 1), text, owner});
+        if (!space.empty() && space.back() == '/') space.remove_suffix(1);
+        if (!space.empty()) list_.push_back({space, qualified.substr(colon + 1), text, owner});
+    }
+
+    /// An address, of which a hostile packet may have a megabyte: more of it than any known one has need not be read.
+    static std::string_view beginning(const char* address) {
+        std::size_t size = 0;
+        while (size < max_space && address[size] != 0) ++size;
+        return {address, size};
     }
 
     // Far more than in any real packet: hostile ones would make the search for namespaces take hours.
-    static constexpr std::size_t most_properties = 10'000;
-    static constexpr int most_levels = 64, most_attributes = 256;
+    static constexpr std::size_t max_properties = 10'000, max_prefix = 64, max_space = 256;
+    static constexpr int max_levels = 64, max_attributes = 256;
 
     std::vector<std::unique_ptr<pugi::xml_document>> documents_;
     std::vector<xmp_property> list_;
@@ -103,11 +120,14 @@ private:
 };
 
 /// Adds the XMP of a JPEG file: the packet, and what of it did not fit into 64 kB and follows in numbered parts (Extended XMP).
-inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std::byte>> segments, std::size_t file_size) {
+///
+/// Raises too_large.
+inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std::byte>> segments, std::size_t file_size,
+                         decoding_budget& budget, const std::string& where) {
     constexpr std::string_view packet_name("http://ns.adobe.com/xap/1.0/\0", 29);
     constexpr std::string_view part_name("http://ns.adobe.com/xmp/extension/\0", 35);
     for (const std::span<const std::byte> segment : segments)
-        if (has_text(segment, 0, packet_name)) to.add(segment.subspan(packet_name.size()));
+        if (has_text(segment, 0, packet_name)) to.add(segment.subspan(packet_name.size()), budget, where);
     const std::optional<std::string_view> identifier = to.text("http://ns.adobe.com/xmp/note", "HasExtendedXMP");
     if (!identifier || identifier->size() != 32) return;
     std::vector<std::byte> whole;
@@ -117,10 +137,13 @@ inline void add_jpeg_xmp(xmp_properties& to, std::span<const std::span<const std
         const std::size_t length = big_endian_32(segment, 67), place = big_endian_32(segment, 71);
         const std::span<const std::byte> part = segment.subspan(75);
         if (length > file_size || place > length || part.size() > length - place) continue;
-        whole.resize((std::max)(whole.size(), length));
+        if (length > whole.size()) {
+            budget.take(nearest_double(length), where, "XMP of " + std::to_string(length) + " bytes");
+            whole.resize(length);
+        }
         std::copy(part.begin(), part.end(), whole.begin() + static_cast<std::ptrdiff_t>(place));
     }
-    if (!whole.empty()) to.add(whole);
+    if (!whole.empty()) to.add(whole, budget, where);
 }
 
 /// The bytes that base64 text stands for; white space and padding are passed over, and what follows anything else is not read.

@@ -1,0 +1,45 @@
+// JSON that anybody may have written. nlohmann's library nests as deeply as the text does, and so deeply goes what copies, prints
+// or frees a value of it.
+#pragma once
+
+#include <ldi/base/error.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace ldi::examples {
+
+/// Deeper than anything this program reads.
+inline constexpr std::size_t max_json_depth = 16;
+
+/// Whether lists and objects are nested deeper than that.
+inline bool is_nested_too_deep(std::string_view text) {
+    std::size_t depth = 0;
+    bool is_in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"') is_in_string = !is_in_string;
+        if (is_in_string) {
+            i += c == '\\' ? 1U : 0U;
+        } else if (c == '[' || c == '{') {
+            if (++depth > max_json_depth) return true;
+        } else if ((c == ']' || c == '}') && depth > 0) {
+            --depth;
+        }
+    }
+    return false;
+}
+
+/// A discarded value where the text is no JSON. Raises invalid_data where it is nested too deep.
+template <class Json = nlohmann::json>
+Json parse_json(const std::string& text, const std::string& where) {
+    if (is_nested_too_deep(text))
+        raise(error_code::invalid_data, where, "JSON nested at most " + std::to_string(max_json_depth) + " deep",
+              "deeper nesting");
+    return Json::parse(text, nullptr, false);
+}
+
+}  // namespace ldi::examples
