@@ -7,7 +7,7 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { openPage, openPhoto, picture, settle, startBrowser, stateOf, touch, turnDevice, waitUntilDrawn } from "./browser.mjs";
 import { clearColorScript, countGaps, goTo, places } from "./gaps.mjs";
-import { square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
+import { putTogether, square, takeApart, withHoles, withoutCamera } from "./glb.mjs";
 import { PictureDesk } from "./pictures.mjs";
 import { makeUsdPage } from "./usd.mjs";
 
@@ -112,6 +112,24 @@ async function assertNoGaps(page, where = places) {
     return largest;
 }
 
+/** Drops a file on the page. */
+async function drop(page, name, bytes) {
+    const transfer = await page.evaluateHandle(
+        ([name, base64]) => {
+            const data = new DataTransfer();
+            data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+            return data;
+        },
+        [name, Buffer.from(bytes).toString("base64")],
+    );
+    await page.dispatchEvent("body", "drop", { dataTransfer: transfer });
+}
+const empty = (options) => async () => {
+    const page = await openPage(context, emptyPage, options);
+    await page.waitForFunction(() => window.viewer);
+    return page;
+};
+
 // The first picture
 
 await test("the first picture is the photo", opened({ ...still, size: { width: 1280, height: 800 } }), async (page) => {
@@ -178,6 +196,22 @@ await test("at the limits the frame hides the photo's border, and next to nothin
         assert.equal(visibility, 1);
         assert.ok(Math.max(Math.abs(angles.horizontal), Math.abs(angles.vertical)) < 10, JSON.stringify(angles));
         await assertNextToNoGaps(page);
+    }
+});
+
+await test("sideways a page goes as far as its frame hides, into the scene as far as --motion says", empty(still), async (page) => {
+    const { json, binary } = takeApart(glb);
+    const { aspectRatio } = json.cameras[0].perspective;
+    const hidden = 1.5 * (await hiddenBorder(page)) * Math.min(aspectRatio, 1 / aspectRatio);
+    assertNear(1.5 * (await hiddenBorder(page)), 0.051, 1e-6, "as README.md and --help say");
+    const { extras } = json.scenes[0];
+    for (const motion of [extras.motion, 0.02]) {
+        const name = `motion of ${motion}`;
+        await drop(page, `${name}.glb`, putTogether({ json: { ...json, scenes: [{ ...json.scenes[0], extras: { ...extras, motion } }] }, binary }));
+        await page.waitForFunction((title) => document.title === title, name);
+        assertNear((await goTo(page, { right: 1, up: 0 })).motion, Math.min(hidden, motion), 1e-3, "sideways");
+        assertNear((await goTo(page, { right: 0, up: 1 })).motion, Math.min(hidden, motion), 1e-3, "up");
+        assertNear((await goTo(page, { right: 1, up: 0, wheel: 1600 })).motion, motion, 1e-3, "forward");
     }
 });
 
@@ -399,24 +433,6 @@ await test("a headset that knows only how it is turned gets a neck", opened({ sc
 });
 
 // Files
-
-/** Drops a file on the page. */
-async function drop(page, name, bytes) {
-    const transfer = await page.evaluateHandle(
-        ([name, base64]) => {
-            const data = new DataTransfer();
-            data.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-            return data;
-        },
-        [name, Buffer.from(bytes).toString("base64")],
-    );
-    await page.dispatchEvent("body", "drop", { dataTransfer: transfer });
-}
-const empty = (options) => async () => {
-    const page = await openPage(context, emptyPage, options);
-    await page.waitForFunction(() => window.viewer);
-    return page;
-};
 
 await test("without a photo the viewer asks for one; a GLB dropped on it is shown", empty(still), async (page) => {
     assert.match(await page.locator("#message").innerText(), /Drop a 3D photo/);

@@ -153,6 +153,7 @@ export class Stage {
         return {
             reach: { right, up, forward },
             angles: this.flatFrame.angles(this.motion.reach),
+            motion: this.flatFrame.motion(this.motion.reach),
             visibility: 1 - this.veil.material.uniforms.opacity.value,
             isIdle: this.motion.isIdle,
             isInHeadset: this.head !== null,
