@@ -18683,9 +18683,10 @@ inline bool has_gaps(const rendering& seen) {
     return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
 }
 
-/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from the pixels on
-/// its outline, of which those count that lie in the farther half of the outline's disparities. For raster_options::backdrop.
-/// Without a covered pixel all are black.
+/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
+/// Of a gap inside the picture only the farther half of the outline's disparities counts; one that reaches the picture's edge
+/// lies past the photo's border, where near surfaces go on, too. For raster_options::backdrop. Without a covered pixel all are
+/// black.
 inline image<std::uint8_t> gap_colors(rendering seen);
 
 // ------------------------------------------------------------------------------------------------------------------------
@@ -18715,6 +18716,10 @@ private:
     std::size_t width() const { return seen_.color.width(); }
     bool is_gap(std::size_t place) const { return seen_.coverage.data()[place] < 255; }
     bool has_left(std::size_t place) const { return place % width() > 0 && is_gap(place - 1); }
+    bool is_at_edge(std::size_t place) const {
+        const std::size_t x = place % width();
+        return x == 0 || x + 1 == width() || place < width() || place + width() >= seen_.coverage.size();
+    }
     float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
 
     /// Every pixel of a gap becomes a cell.
@@ -18746,12 +18751,14 @@ private:
 
     void find_outlines() {
         outlines_.resize(cells_.size());
-        for (std::int32_t i = 0; i < cells_.count(); ++i)
+        for (std::int32_t i = 0; i < cells_.count(); ++i) {
+            outline& around = outlines_[gaps_.find(i)];
+            if (is_at_edge(cells_[i].place)) around.nearest = std::numeric_limits<float>::infinity();
             for_each_covered(cells_[i].place, [&](std::size_t other) {
-                outline& around = outlines_[gaps_.find(i)];
                 around.nearest = (std::max)(around.nearest, inverse_depth(other));
                 around.farthest = (std::min)(around.farthest, inverse_depth(other));
             });
+        }
     }
 
     void diffuse() {

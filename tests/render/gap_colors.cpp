@@ -25,13 +25,12 @@ image<std::uint8_t> two_colors(std::uint8_t dark, std::uint8_t light) {
     return texture;
 }
 
-/// Appends the columns [x0, x1] of the screen at one depth, of one color of two_colors().
+/// Appends the rectangle [x0, x1] x [y0, y1] of the screen at one depth, of one color of two_colors().
 template <class Mesh>
-void add_columns(Mesh& mesh, float x0, float x1, float depth, bool is_light) {
+void add_rectangle(Mesh& mesh, float x0, float x1, float y0, float y1, float depth, bool is_light) {
     const pinhole_camera camera = straight_view().camera;
     const std::uint32_t first = static_cast<std::uint32_t>(mesh.vertex_count());
-    const float bottom = static_cast<float>(height);
-    for (const auto& [x, y] : {std::array{x0, 0.0F}, {x0, bottom}, {x1, bottom}, {x1, 0.0F}}) {
+    for (const auto& [x, y] : {std::array{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}}) {
         const std::array<float, 3> p = camera.unproject(x, y, depth);
         mesh.positions.insert(mesh.positions.end(), p.begin(), p.end());
         mesh.texture_coordinates.insert(mesh.texture_coordinates.end(), {is_light ? 0.75F : 0.25F, 0.5F});
@@ -39,20 +38,32 @@ void add_columns(Mesh& mesh, float x0, float x1, float depth, bool is_light) {
     for (const std::uint32_t corner : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.triangles.push_back(first + corner);
 }
 
+template <class Mesh>
+void add_columns(Mesh& mesh, float x0, float x1, float depth, bool is_light) {
+    add_rectangle(mesh, x0, x1, 0, static_cast<float>(height), depth, is_light);
+}
+
 int red(const image<std::uint8_t>& picture, std::size_t x) { return picture(height / 2, x, 0); }
 
 }  // namespace
 
-TEST_CASE("a gap between two surfaces gets the color of the farther one, and so does what lies past the border") {
+TEST_CASE("a gap between near surfaces and a far one gets the color of the far one") {
     textured_mesh mesh;
-    add_columns(mesh, 5, 15, 1, true), add_columns(mesh, 20.5F, 35, 3, false);
+    add_columns(mesh, 0, 15, 1, true), add_columns(mesh, 20.5F, 40, 3, false);
+    add_rectangle(mesh, 15, 20.5F, 0, 3, 1, true), add_rectangle(mesh, 15, 20.5F, 17, 20, 1, true);
     const rendering seen = rasterize(mesh, two_colors(50, 200), straight_view());
     REQUIRE(has_gaps(seen));
     const image<std::uint8_t> filled = gap_colors(seen);
-    for (std::size_t x = 0; x < width; ++x) {
-        const int expected = x < 15 ? 200 : 50;  // the near surface alone borders on the left gap
-        CHECK(red(filled, x) == expected);
-    }
+    for (std::size_t x = 0; x < width; ++x) CHECK(red(filled, x) == (x < 15 ? 200 : 50));
+}
+
+TEST_CASE("past the photo's border every surface goes on, near or far") {
+    textured_mesh mesh;
+    add_rectangle(mesh, 10, 20, 5, 15, 1, true), add_rectangle(mesh, 20, 30, 5, 15, 3, false);
+    const image<std::uint8_t> filled = gap_colors(rasterize(mesh, two_colors(50, 200), straight_view()));
+    CHECK(red(filled, 9) > 180);
+    CHECK(red(filled, 30) < 70);
+    for (std::size_t x = 0; x < width; ++x) CHECK((red(filled, x) >= 50 && red(filled, x) <= 200));
 }
 
 TEST_CASE("a wide gap in one surface is filled smoothly") {
