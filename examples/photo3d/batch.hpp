@@ -10,8 +10,10 @@
 #include "interruption.hpp"
 #include "memory_budget.hpp"
 #include "messages.hpp"
+#include "output_names.hpp"
 #include "outputs.hpp"
 #include "report.hpp"
+#include "spare_memory.hpp"
 
 #include <ldi/base/executor.hpp>
 #include <ldi/formats/file_set.hpp>
@@ -50,9 +52,12 @@ struct batch_job {
     std::vector<std::byte> photo, depth;                                         ///< the files' bytes
     std::vector<std::pair<std::filesystem::path, std::vector<std::byte>>> made;  ///< to be written
     memory_share memory;                                                         ///< what it holds of the budget
+    std::size_t held = 0;                                                        ///< of that, beside what its stages take
+    bool is_large = false;                                                       ///< hides more than photographs do
     nlohmann::ordered_json facts = nlohmann::ordered_json::object();
     std::optional<failure> failed;
 
+    void forget_input() { photo = std::vector<std::byte>(), depth = std::vector<std::byte>(); }
     void make(const std::filesystem::path& name, std::span<const std::byte> bytes) {
         if (!name.empty()) made.emplace_back(name, std::vector<std::byte>(bytes.begin(), bytes.end()));
     }
@@ -82,8 +87,12 @@ private:
     using job_pointer = std::unique_ptr<batch_job>;
 
     void read(batch_list::item item);
+    bool claim_outputs(const photo_files& names);
+    void load(batch_job& job);
     void work();
-    void convert(batch_job& job);
+    void work_on(job_pointer job);
+    void work_on_large_ones();
+    void convert(batch_job& job, const memory& memory);
     void write();
     void finish(batch_job& job, outcome what);
     void stop(const failure& why);
@@ -96,10 +105,11 @@ private:
     batch_log log_;
     std::optional<viewer_page> viewer_;
     std::optional<memory_budget> budget_;
-    std::unordered_set<std::size_t> taken_;    // hashes of the names of outputs
+    output_names taken_;
     std::unordered_set<std::string> folders_;  // that outputs lie in
     channel<job_pointer> ready_, finished_;
     std::mutex mutex_;  // of what follows
+    std::vector<job_pointer> large_ones_;
     bool has_failed_ = false, may_succeed_later_ = false, is_defect_ = false;
     std::optional<failure> end_;
     std::atomic<bool> is_stopped_{false};
@@ -107,6 +117,7 @@ private:
 
 inline exit_code batch::run() {
     std::vector<std::thread> workers, writers;
+    std::size_t left_out = 0;
     const auto start = [](std::vector<std::thread>& threads, std::size_t count, auto body) {
         try {
             while (threads.size() < count) threads.emplace_back(body);
@@ -117,6 +128,7 @@ inline exit_code batch::run() {
     const auto end = [&] {
         ready_.close();
         for (std::thread& worker : workers) worker.join();
+        work_on_large_ones();
         finished_.close();
         for (std::thread& writer : writers) writer.join();
     };
@@ -129,11 +141,12 @@ inline exit_code batch::run() {
                 read(std::move(*item));
             else
                 break;
+        left_out = list.left_out();
     } catch (...) {
         stop(describe_failure());
     }
     end();
-    log_.finish();
+    log_.finish(left_out);
     if (end_) {
         signals_.end_if_signaled();
         say(end_->text);
@@ -150,64 +163,106 @@ inline void batch::read(batch_list::item item) {
     job->failed = std::move(item.failed);
     try {
         if (job->failed) return finish(*job, outcome::failed);
-        photo_files& names = job->names;
-        complete_names(names, arguments_);
-        bool are_there = true;
-        for (const std::filesystem::path& output : {names.glb, names.html, names.report}) {
-            if (output.empty()) continue;
-            if (!taken_.insert(std::hash<std::string>()(std::filesystem::absolute(output).lexically_normal().string())).second)
-                raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
-            are_there = are_there && std::filesystem::is_regular_file(output);
-            if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
-                detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
-        }
-        if (are_there && arguments_.skip_existing) return finish(*job, outcome::skipped);
-        check_names(names, arguments_, job->files);
+        complete_names(job->names, arguments_);
+        find_map_beside(job->names, arguments_);
+        if (claim_outputs(job->names) && arguments_.skip_existing) return finish(*job, outcome::skipped);
+        check_names(job->names, arguments_, job->files);
         job->files.files().leave_abandoned();
-
-        const auto take = [&](const std::filesystem::path& file) {
-            std::error_code unknown;
-            const std::uintmax_t size = std::filesystem::file_size(file, unknown);
-            if (!unknown) job->memory.grow(*budget_, job->memory.bytes() + static_cast<std::size_t>(size), file.string());
-            return read_file(file);
-        };
-        job->photo = take(names.photo);
-        if (!names.depth.empty()) job->depth = take(names.depth);
-        const std::string photo = names.photo.string();
-        job->memory.grow(*budget_, memory_for(job->photo, job->depth, arguments_, photo), photo);
+        load(*job);
         ready_.push(std::move(job));
     } catch (...) {
         job->failed = describe_failure();
+        job->forget_input();
         finish(*job, outcome::failed);
     }
 }
 
+/// Refuses outputs that are another photo's, too. Returns whether all are there.
+inline bool batch::claim_outputs(const photo_files& names) {
+    bool are_there = true;
+    for (const std::filesystem::path& output : {names.glb, names.html, names.report}) {
+        if (output.empty()) continue;
+        taken_.claim(output);
+        are_there = are_there && std::filesystem::is_regular_file(output);
+        if (folders_.insert(output.parent_path().string()).second)  // a folder is looked through once
+            detail::remove_abandoned(output.has_parent_path() ? output.parent_path() : ".");
+    }
+    return are_there;
+}
+
+/// Reads a photo's files and waits for room for the photo.
+inline void batch::load(batch_job& job) {
+    const auto take = [&](const std::filesystem::path& file) {
+        std::error_code unknown;
+        const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+        if (!unknown) job.memory.grow(*budget_, job.memory.bytes() + static_cast<std::size_t>(size), file.string());
+        return read_file(file);
+    };
+    const std::string name = job.names.photo.string();
+    job.photo = take(job.names.photo);
+    if (!map_file(job.names).empty()) job.depth = take(map_file(job.names));
+    const decoding_cost cost(job.photo, job.depth, arguments_, name, map_file(job.names).string());
+    const std::size_t files = job.photo.size() + job.depth.size();
+    job.held = files + 3 * cost.width * cost.height + cost.held_by_maps;
+    job.memory.grow(*budget_, memory_for(cost, files, arguments_), name);
+    if (job.is_large) job.memory.grow(*budget_, budget_->for_one(), name);
+}
+
 inline void batch::work() {
-    while (std::optional<job_pointer> job = ready_.pop()) {
-        batch_job& one = **job;
-        if (!is_stopped_) {
-            try {
-                budget_->make_room(one.memory.bytes());
-                convert(one);
-            } catch (...) {
-                one.failed = describe_failure();
-                one.made.clear();
+    while (std::optional<job_pointer> job = ready_.pop()) work_on(std::move(*job));
+}
+
+inline void batch::work_on(job_pointer job) try {
+    spare_memory::put_by();
+    if (!is_stopped_) {
+        metered_memory memory(job->memory, job->held);
+        try {
+            budget_->make_room(job->memory.bytes());
+            convert(*job, memory.source());
+        } catch (...) {
+            job->made.clear();
+            if (memory.was_refused() && !job->is_large) {  // again when nobody else needs memory
+                job->is_large = true;
+                job->forget_input();
+                job->memory.shrink(0);
+                const std::lock_guard lock(mutex_);
+                return large_ones_.push_back(std::move(job));
             }
+            job->failed = describe_failure();
+            if (memory.was_refused()) job->failed = failure_of([&] { budget_->refuse(job->names.photo.string()); });
         }
-        one.photo = std::vector<std::byte>(), one.depth = std::vector<std::byte>();
-        std::size_t rest = 0;
-        for (const auto& [name, bytes] : one.made) rest += bytes.size();
-        one.memory.shrink(rest);
-        finished_.push(std::move(*job));
+    }
+    job->forget_input();
+    std::size_t rest = 0;
+    for (const auto& [name, bytes] : job->made) rest += bytes.size();
+    job->memory.shrink(rest);
+    finished_.push(std::move(job));
+} catch (...) {
+    stop(describe_failure());
+}
+
+/// One after the other, each with all of the budget for itself.
+inline void batch::work_on_large_ones() {
+    for (job_pointer& job : large_ones_) {
+        try {
+            load(*job);
+        } catch (...) {
+            job->failed = describe_failure();
+            job->forget_input();
+            finish(*job, outcome::failed);
+            continue;
+        }
+        work_on(std::move(job));
     }
 }
 
-inline void batch::convert(batch_job& job) {
+inline void batch::convert(batch_job& job, const memory& memory) {
     stage_clock clock(true);
     thread_pool self(1);
     const photo_files& names = job.names;
     clock.begin("reading photo");
-    const photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, by_, self);
+    photo_with_depth input = decode_input(arguments_, names, job.photo, job.depth, by_, self);
+    const memory_scope scope(memory);
     const photo3d made = examples::convert(arguments_, input, by_, clock, self);
     const photo_texture texture = texture_of(made, input, arguments_, self);
     const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);

@@ -4,6 +4,7 @@
 #include "arguments.hpp"
 #include "conversion.hpp"
 #include "json_input.hpp"
+#include "line_reader.hpp"
 #include "messages.hpp"
 #include "outputs.hpp"
 
@@ -12,12 +13,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <istream>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -30,12 +31,13 @@ namespace ldi::examples {
 
 /// The photo and its files as a line of a list names them: "me.jpg", or an object. Raises invalid_data.
 inline photo_files read_list_line(const std::string& line, const std::string& where) {
+    constexpr std::size_t shown = 200;  // bytes of what is refused
     const nlohmann::json value = parse_json(line, where);
     photo_files names;
     const auto read = [&](std::filesystem::path& name, const nlohmann::json& text, const std::string& key) {
         if (!text.is_string() || text.get_ref<const std::string&>().empty() || text == "-")
             raise(error_code::invalid_data, where, "the name of a file for \"" + key + "\"",
-                  text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 200));
+                  text.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, shown));
         name = text.get_ref<const std::string&>();
     };
     const std::pair<const char*, std::filesystem::path*> known[] = {{"photo", &names.photo},
@@ -45,7 +47,7 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
                                                                     {"report", &names.report}};
     if (!value.is_object()) {
         if (!value.is_string())
-            raise(error_code::invalid_data, where, "an object or a text in JSON", "\"" + line.substr(0, 200) + "\"");
+            raise(error_code::invalid_data, where, "an object or a text in JSON", "\"" + line.substr(0, shown) + "\"");
         read(names.photo, value, "photo");
         return names;
     }
@@ -53,7 +55,7 @@ inline photo_files read_list_line(const std::string& line, const std::string& wh
         const auto* const found =
             std::find_if(std::begin(known), std::end(known), [&key = key](const auto& pair) { return key == pair.first; });
         if (found == std::end(known))
-            raise(error_code::invalid_data, where, "photo, depth, output, html or report", "\"" + key + "\"");
+            raise(error_code::invalid_data, where, "photo, depth, output, html or report", "\"" + key.substr(0, shown) + "\"");
         read(*found->second, text, key);
     }
     if (names.photo.empty()) raise(error_code::invalid_data, where, "a \"photo\"", "none");
@@ -85,6 +87,39 @@ inline void complete_names(photo_files& names, const arguments& a) {
     check(names.glb, ".glb"), check(names.html, ".html"), check(names.report, ".json");
 }
 
+/// The photos of a folder, and what it holds beside.
+struct photo_folder {
+    std::deque<std::filesystem::path> photos;
+    std::vector<std::string> others;  ///< names of files and folders that are not converted
+
+    /// Raises std::filesystem::filesystem_error.
+    explicit photo_folder(const std::filesystem::path& folder) {
+        std::set<std::filesystem::path> maps;  // of photos, beside them
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+            const std::string name = entry.path().filename().string();
+            if (name[0] == '.') continue;
+            const std::string extension = extension_of(name);
+            if (is_photo_extension(extension) && entry.is_regular_file())
+                photos.push_back(entry.path());
+            else if (extension != ".glb" && extension != ".html")  // those of an earlier run
+                others.push_back(entry.is_directory() ? name + "/" : name);
+        }
+        std::sort(photos.begin(), photos.end()), std::sort(others.begin(), others.end());
+        for (const std::filesystem::path& photo : photos) maps.insert(depth_map_beside(photo));
+        const auto is_map = [&](const std::filesystem::path& name) { return maps.count(name) > 0; };
+        photos.erase(std::remove_if(photos.begin(), photos.end(), is_map), photos.end());
+        others.erase(std::remove_if(others.begin(), others.end(), [&](const std::string& name) { return is_map(folder / name); }),
+                     others.end());
+    }
+
+private:
+    static bool is_photo_extension(const std::string& extension) {
+        static const std::set<std::string> known{".jpg",  ".jpeg", ".jpe", ".png",  ".heic", ".heif", ".hif",
+                                                 ".avif", ".webp", ".tif", ".tiff", ".gif",  ".bmp"};
+        return known.count(extension) > 0;
+    }
+};
+
 /// All photos in the order in which they are named.
 class batch_list {
 public:
@@ -93,7 +128,7 @@ public:
         std::optional<failure> failed;  ///< for what can't be read as a photo's names
     };
 
-    explicit batch_list(const arguments& a) : sources_(a.photos.begin(), a.photos.end()) {}
+    explicit batch_list(const arguments& a) : sources_(a.photos.begin(), a.photos.end()), is_quiet_(a.quiet) {}
 
     /// Their number, where it is known before the last is read.
     static std::optional<std::size_t> count(const arguments& a) try {
@@ -102,9 +137,9 @@ public:
             if (is_list(source)) {
                 if (!std::filesystem::is_regular_file(source)) return std::nullopt;  // reading a pipe empties it
                 std::ifstream list(source);
-                for (std::string line; std::getline(list, line);) count += is_blank(line) ? 0U : 1U;
+                for (line_reader lines(list); lines.next();) count += lines.is_blank() ? 0U : 1U;
             } else {
-                count += std::filesystem::is_directory(source) ? photos_in(source).size() : 1;
+                count += std::filesystem::is_directory(source) ? photo_folder(source).photos.size() : 1;
             }
         }
         return count;
@@ -120,9 +155,9 @@ public:
                 photos_.pop_front();
                 return found;
             }
-            if (list_ != nullptr) {
+            if (lines_) {
                 if (std::optional<item> found = next_of_list()) return found;
-                list_ = nullptr;
+                lines_.reset();
             }
             if (sources_.empty()) return std::nullopt;
             source_ = std::move(sources_.front());
@@ -131,39 +166,40 @@ public:
         }
     }
 
+    /// Number of files and folders in the folders so far that are not converted.
+    std::size_t left_out() const { return left_out_; }
+
 private:
     static bool is_list(const std::filesystem::path& source) { return is_standard(source) || extension_of(source) == ".jsonl"; }
-    static bool is_blank(const std::string& line) { return line.find_first_not_of(" \t\r") == std::string::npos; }
-
-    static std::deque<std::filesystem::path> photos_in(const std::filesystem::path& folder) {
-        std::deque<std::filesystem::path> photos;
-        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-            const std::string extension = extension_of(entry.path());
-            const bool is_photo = extension == ".jpg" || extension == ".jpeg" || extension == ".png";
-            if (is_photo && entry.path().filename().native()[0] != '.' && entry.is_regular_file()) photos.push_back(entry.path());
-        }
-        std::sort(photos.begin(), photos.end());
-        std::set<std::filesystem::path> maps;  // of photos beside them
-        for (const std::filesystem::path& photo : photos) maps.insert(depth_map_beside(photo));
-        photos.erase(std::remove_if(photos.begin(), photos.end(), [&](const auto& photo) { return maps.count(photo) > 0; }),
-                     photos.end());
-        return photos;
-    }
 
     item failed_item() const { return {{source_, {}, {}, {}, {}, false}, describe_failure()}; }
 
+    void open_folder() {
+        photo_folder folder(source_);
+        photos_ = std::move(folder.photos);
+        left_out_ += folder.others.size();
+        if (is_quiet_ || folder.others.empty()) return;
+        constexpr std::size_t max_named = 20;
+        std::string names;
+        for (std::size_t i = 0; i < std::min(folder.others.size(), max_named); ++i)
+            names += (i == 0 ? "" : ", ") + folder.others[i];
+        if (folder.others.size() > max_named) names += " and " + std::to_string(folder.others.size() - max_named) + " more";
+        say(source_.string() + ": " + std::to_string(folder.others.size()) +
+            " left out, whose names are not those of photos: " + names);
+    }
+
     /// Returns an item only where the source can't be read.
     std::optional<item> open() try {
-        line_ = 0;
         std::error_code ignored;
         if (is_standard(source_)) {
-            list_ = &std::cin;
+            lines_.emplace(std::cin);
         } else if (std::filesystem::is_directory(source_, ignored)) {
-            photos_ = photos_in(source_);
+            open_folder();
         } else if (is_list(source_)) {
+            errno = 0;
             file_ = std::ifstream(source_);
             if (!file_) detail::raise_system_error(detail::last_error(), source_, "a readable list");
-            list_ = &file_;
+            lines_.emplace(file_);
         } else {
             photos_.push_back(source_);
         }
@@ -173,12 +209,18 @@ private:
     }
 
     std::optional<item> next_of_list() try {
-        for (std::string line; std::getline(*list_, line);) {
-            ++line_;
-            if (is_blank(line)) continue;
-            return item{read_list_line(line, name_of_input(source_) + ", line " + std::to_string(line_)), std::nullopt};
+        while (lines_->next()) {
+            if (lines_->is_blank()) continue;
+            const std::string where = name_of_input(source_) + ", line " + std::to_string(lines_->number());
+            if (lines_->is_too_long())
+                raise(error_code::too_large, where, "a line of at most " + std::to_string(line_reader::max_bytes) + " bytes",
+                      "more");
+            return item{read_list_line(lines_->text(), where), std::nullopt};
         }
         return std::nullopt;
+    } catch (const std::system_error&) {
+        lines_.reset();  // which can't be read on
+        return failed_item();
     } catch (...) {
         return failed_item();
     }
@@ -186,8 +228,9 @@ private:
     std::deque<std::filesystem::path> sources_, photos_;
     std::filesystem::path source_;
     std::ifstream file_;
-    std::istream* list_ = nullptr;
-    std::size_t line_ = 0;
+    std::optional<line_reader> lines_;
+    std::size_t left_out_ = 0;
+    bool is_quiet_;
 };
 
 /// Refuses options that are for one photo, and makes the folders that are named.

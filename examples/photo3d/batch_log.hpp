@@ -37,10 +37,11 @@ inline void write_line(const nlohmann::ordered_json& line) {
 /// The figures that a photo's line takes from its report.
 inline nlohmann::ordered_json line_figures(const nlohmann::ordered_json& report) {
     const double pixels = report["width"].get<double>() * report["height"].get<double>();
-    return {{"milliseconds", report["milliseconds"]["total"]},
+    const auto rounded = [](double value, double digits) { return std::round(value * digits) / digits; };
+    return {{"milliseconds", rounded(report["milliseconds"]["total"].get<double>(), 10)},
             {"width", report["width"]},
             {"height", report["height"]},
-            {"hidden_share", report["hidden_pixels"].get<double>() / pixels}};
+            {"hidden_share", rounded(report["hidden_pixels"].get<double>() / pixels, 10'000)}};
 }
 
 /// The member "error" of a photo's line.
@@ -74,14 +75,17 @@ public:
     }
 
     /// The last words.
-    void finish() {
+    ///
+    /// left_out  files in folders that are no photos by their names
+    void finish(std::size_t left_out) {
         const std::lock_guard lock(mutex_);
         if (quiet_) return;
         if (is_terminal_) std::fputs("\r\x1b[K", stderr);
         char text[64];
         std::snprintf(text, sizeof text, " in %.1f s, %.1f photos/s", seconds(), rate());
         say(std::to_string(count(outcome::converted)) + " converted, " + std::to_string(count(outcome::skipped)) + " skipped, " +
-            std::to_string(count(outcome::failed)) + " failed" + text);
+            std::to_string(count(outcome::failed)) + " failed" +
+            (left_out > 0 ? ", " + std::to_string(left_out) + " left out" : std::string()) + text);
     }
 
 private:

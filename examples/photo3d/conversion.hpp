@@ -50,8 +50,9 @@ inline networks load_networks(const arguments& a, stage_clock& clock) {
 /// The names of what one photo is made from, and becomes. Empty: not asked for.
 struct photo_files {
     std::filesystem::path photo, depth, glb, html, report;
-    bool are_own = false;   ///< nobody asked for these outputs: they replace only what this program has written
-    bool are_files = true;  ///< else the photo's is only its name, and nothing lies beside it
+    bool are_own = false;               ///< nobody asked for these outputs: they replace only what this program has written
+    bool are_files = true;              ///< else the photo's is only its name, and nothing lies beside it
+    std::filesystem::path beside = {};  ///< the depth map beside the photo, as find_map_beside() has found it
 };
 
 /// Turns a map of which nothing says which end is near as the network sees it; where it sees little, white is near, as is usual.
@@ -64,13 +65,43 @@ void turn_as_seen(photo_with_depth& input, const networks& by, Executor& threads
     input.depth->source += ", black is near";
 }
 
+/// Finds the depth map beside the photo, where none is named and no option says otherwise.
+inline void find_map_beside(photo_files& names, const arguments& a) {
+    if (a.takes_depth_of_photo && names.depth.empty() && names.are_files && !is_standard(names.photo))
+        names.beside = depth_map_beside(names.photo);
+}
+
+/// The file of the depth map that is read, in whatever way it was found; empty if there is none.
+inline const std::filesystem::path& map_file(const photo_files& names) {
+    return names.depth.empty() ? names.beside : names.depth;
+}
+
+/// A photo with the map beside it, or else with what is inside, where the map beside can't be used.
+inline photo_with_depth decode_with_map_beside(std::span<const std::byte> photo, std::span<const std::byte> map,
+                                               const photo_options& reading, const std::string& name,
+                                               const std::string& map_name) {
+    photo_with_depth input;
+    depth_map_options options;
+    options.formats = reading.formats;
+    input.photo = decode_photo(photo, reading, name);
+    ldi::detail::try_depth(input, map_name, [&] {
+        input.depth = photo_depth{decode_depth_map(map, options, map_name), false, false, true, map_name};
+    });
+    if (input.depth) return input;
+    const std::string refused = std::move(input.refused);
+    input = {};
+    input = decode_photo_with_depth(photo, reading, name);
+    if (input.refused.empty()) input.refused = refused;
+    return input;
+}
+
 /// The photo with the depth map that is named, or else with its own where it brings any and no option says otherwise.
 ///
-/// photo, depth  the files' bytes
+/// photo, depth  the files' bytes; depth is map_file()'s
 template <executor Executor>
 photo_with_depth decode_input(const arguments& a, const photo_files& names, std::span<const std::byte> photo,
                               std::span<const std::byte> depth, const networks& by, Executor& threads) {
-    const std::string name = name_of_input(names.photo), depth_name = name_of_input(names.depth);
+    const std::string name = name_of_input(names.photo), depth_name = name_of_input(map_file(names));
     photo_with_depth input;
     if (!names.depth.empty()) {
         depth_map_options options = a.depth_map;
@@ -87,8 +118,8 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         input.photo = decode_photo(photo, a.reading(), name);
         return input;
     }
-    const bool has_map_beside = names.are_files && !is_standard(names.photo) && !depth_map_beside(names.photo).empty();
-    input = has_map_beside ? load_photo_with_depth(names.photo, a.reading()) : decode_photo_with_depth(photo, a.reading(), name);
+    input = names.beside.empty() ? decode_photo_with_depth(photo, a.reading(), name)
+                                 : decode_with_map_beside(photo, depth, a.reading(), name, depth_name);
     if (!input.refused.empty()) say("not used: " + input.refused);
     if (!input.depth && !by.depth)
         raise(error_code::invalid_option, "photo3d",
@@ -101,13 +132,26 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
     return input;
 }
 
+/// Depth that is given once and not copied, since a map may be much larger than what is worked on.
+struct disparity_in_hand {
+    image<float>& map;
+
+    template <executor Executor>
+    image<float> disparity(image_view<const std::uint8_t>, const progress_listener&, Executor&&) const {
+        return std::move(map);
+    }
+    float quantization_step() const { return 1.0F; }
+};
+
+/// input  loses its depth map
 template <executor Executor>
-photo3d convert(const arguments& a, const photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
+photo3d convert(const arguments& a, photo_with_depth& input, const networks& by, stage_clock& clock, Executor& threads) {
     photo3d_options options = options_for(a, input);
     options.progress = clock.listener();
     const auto with = [&](const auto& inpainter) {
-        return input.depth ? make_photo3d(input.photo.color, given_disparity{input.depth->disparity}, inpainter, options, threads)
-                           : make_photo3d(input.photo.color, *by.depth, inpainter, options, threads);
+        return input.depth
+                   ? make_photo3d(input.photo.color, disparity_in_hand{input.depth->disparity}, inpainter, options, threads)
+                   : make_photo3d(input.photo.color, *by.depth, inpainter, options, threads);
     };
     return by.inpainting ? with(*by.inpainting) : with(diffusion_inpainter());
 }
@@ -161,9 +205,8 @@ inline void name_outputs(photo_files& names, const std::filesystem::path& viewer
 
 /// Says what stands against the names before any work. Raises invalid_option, file_access.
 inline void check_names(const photo_files& names, const arguments& a, output_files& files) {
-    for (const std::filesystem::path& input : {names.photo, names.depth, a.depth_model, a.inpainting_model, a.viewer})
+    for (const std::filesystem::path& input : {names.photo, map_file(names), a.depth_model, a.inpainting_model, a.viewer})
         files.read_from(input);
-    if (a.takes_depth_of_photo && names.depth.empty()) files.read_from(depth_map_beside(names.photo));
     if (names.are_own) {
         check_own(names.glb, R"("generator":"ldi )", "-o");
         if (!names.html.empty()) check_own(names.html, R"(<script id="photo" type="model/gltf-binary)", "--html");
@@ -172,7 +215,10 @@ inline void check_names(const photo_files& names, const arguments& a, output_fil
         files.claim(names.glb);
         check_glb_name(names.glb);
     }
-    if (!names.html.empty()) files.claim(names.html);
+    if (!names.html.empty()) {
+        files.claim(names.html);
+        check_page_name(names.html);
+    }
     if (!names.report.empty()) files.claim(names.report, true);
 }
 

@@ -8,7 +8,9 @@
 #include "arguments.hpp"
 
 #include <ldi/base/error.hpp>
-#include <ldi/formats/detail/picture_format.hpp>
+#include <ldi/base/memory.hpp>
+#include <ldi/formats/depth_map.hpp>
+#include <ldi/formats/photo_depth.hpp>
 
 #include <unistd.h>
 
@@ -21,6 +23,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <mutex>
 #include <span>
 #include <string>
@@ -38,12 +41,6 @@ inline std::size_t memory_in_use() {
     return static_cast<std::size_t>(resident) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Bytes per stored pixel at most while a file is decoded.
-inline std::size_t decoding_bytes_per_pixel(const detail::picture_header& header) {
-    if (header.format == picture_format::jpeg) return 12;  // measured: 6.6, progressive 11.1
-    return header.bits == 16 ? 18 : 9;                             // measured: 17.0 and 8.8, both with alpha
-}
-
 /// Bytes that showing a photo larger than it is worked on takes at most: its pixels at that size, a sheet of them, and files.
 inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, const arguments& a) {
     // Of files: of noise, 0.54 at quality 85 and 2.7 at 100. Three hold it at once: textures, GLB, page.
@@ -56,32 +53,47 @@ inline std::size_t memory_for_sheets(std::size_t pixels, double shown_share, con
                (a.compression.is_wanted ? per_texel_compressed : per_texel);
 }
 
-/// Bytes that a photo takes at most, its file's own included.
-///
-/// depth  the file of its depth map, empty for none
-/// Raises what reading a header raises.
-inline std::size_t memory_for(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a,
-                              const std::string& name) {
+/// Bytes that decoding a photo takes at most, with its depth maps: one inside, and the one that is named or lies beside it.
+struct decoding_cost {
+    std::size_t height = 0, width = 0;  ///< of the photo
+    std::size_t decoding = 0;           ///< of all
+    std::size_t maps = 0;               ///< of the maps alone
+    std::size_t held_by_maps = 0;       ///< by the maps, once decoded
+    std::size_t in_stages = 0;          ///< by the maps, and by what the stages make of them
+
+    /// depth  the file of its depth map, empty for none
+    /// Raises what reading headers raises.
+    decoding_cost(std::span<const std::byte> photo, std::span<const std::byte> depth, const arguments& a, const std::string& name,
+                  const std::string& depth_name) {
+        const decoding_estimate stored = estimate_photo(photo, a.reading(), name);
+        height = stored.height, width = stored.width;
+        decoding = a.takes_depth_of_photo ? estimate_photo_with_depth(photo, a.reading(), name).memory : stored.memory;
+        depth_map_options options = a.depth_map;
+        options.formats = a.reading().formats;
+        if (!depth.empty()) decoding += estimate_depth_map(depth, options, depth_name).memory;
+        maps = decoding - stored.memory;
+        // Decoding a map takes at least 8 bytes per sample, the map itself 4 of them, and normalizing it (normalize) 8 more.
+        held_by_maps = maps / 2;
+        in_stages = 3 * held_by_maps;
+    }
+};
+
+/// Bytes that a photo takes at most, its files' own included, unless it hides more than photographs do (metered_memory).
+inline std::size_t memory_for(const decoding_cost& cost, std::size_t file_bytes, const arguments& a) {
     constexpr double per_pixel_of_layers = 92;       // measured: at most 90.6
     constexpr double hidden_share = 0.35;            // more than any photograph's with the motion that is the default
     constexpr std::size_t in_any_case = 24'000'000;  // activations of the depth network, textures of small photos, pages
-    const detail::picture_header header = detail::read_picture_header(photo, name);
-    const std::size_t pixels = header.width * header.height;
+    const std::size_t pixels = cost.width * cost.height;
     const auto shrunk_to = [&](std::size_t long_side) {
-        return std::min(1.0, static_cast<double>(long_side) / static_cast<double>(std::max(header.width, header.height)));
+        return std::min(1.0, static_cast<double>(long_side) / static_cast<double>(std::max(cost.width, cost.height)));
     };
     const double shown = shrunk_to(a.long_side), shrunk = std::min(shown, shrunk_to(a.geometry_side));
     const double motion = std::max(1.0, static_cast<double>(a.motion) / static_cast<double>(expand_options().motion));
     const double worked_on = static_cast<double>(pixels) * shrunk * shrunk;
-    const std::size_t converting = 3 * pixels +
+    const std::size_t converting = 3 * pixels + cost.in_stages +
                                    static_cast<std::size_t>(worked_on * per_pixel_of_layers * (1 + hidden_share * motion)) +
                                    (shrunk < shown ? memory_for_sheets(pixels, shown * shown, a) : 0);
-    std::size_t map = 4 * depth.size();  // NPY and PFM: as large in memory
-    if (detail::is_jpeg(depth) || detail::is_png(depth)) {
-        const detail::picture_header stored = detail::read_picture_header(depth, name);
-        map = stored.width * stored.height * (decoding_bytes_per_pixel(stored) + 8);
-    }
-    return in_any_case + photo.size() + depth.size() + map + std::max(pixels * decoding_bytes_per_pixel(header), converting);
+    return in_any_case + file_bytes + std::max(cost.decoding, converting);
 }
 
 /// Lets photos in as far as they fit. What the process has when this is made counts, too.
@@ -92,9 +104,12 @@ public:
 
     /// Raises too_large for what does not even fit alone.
     void check(std::size_t bytes, const std::string& name) const {
-        if (base_ + bytes <= limit_) return;
-        raise(error_code::too_large, name, "a photo that " + megabytes(limit_) + " of memory hold (--memory)",
-              "one that may take " + megabytes(base_ + bytes));
+        if (bytes > for_one()) raise(error_code::too_large, name, expected(), "one that may take " + megabytes(base_ + bytes));
+    }
+
+    /// Raises the error for a photo for whose stages for_one() was too little.
+    [[noreturn]] void refuse(const std::string& name) const {
+        raise(error_code::too_large, name, expected(), "one whose depth hides so much that it takes more");
     }
 
     /// Waits until so much is free. What it is asked for must have been checked, together with what the caller holds already, and
@@ -104,6 +119,17 @@ public:
         released_.wait(lock, [&] { return used_ + bytes <= limit_; });
         used_ += bytes;
     }
+
+    /// The same without waiting. Any thread may ask.
+    bool try_admit(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        if (bytes > limit_ || used_ > limit_ - bytes) return false;
+        used_ += bytes;
+        return true;
+    }
+
+    /// What a photo may take that has everything for itself.
+    std::size_t for_one() const { return limit_ > base_ ? limit_ - base_ : 0; }
 
     void release(std::size_t bytes) {
         const std::lock_guard lock(mutex_);
@@ -124,6 +150,7 @@ private:
     static std::size_t half_of_machine() {
         return static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) / 2;
     }
+    std::string expected() const { return "a photo that " + megabytes(limit_) + " of memory hold (--memory)"; }
     static std::string megabytes(std::size_t bytes) { return std::to_string((bytes + 999'999) / 1'000'000) + " MB"; }
 
     std::size_t limit_, used_;
@@ -150,6 +177,13 @@ public:
         budget_ = &budget, bytes_ = bytes;
     }
 
+    /// Takes more if it is free now.
+    bool try_add(std::size_t bytes) {
+        if (budget_ == nullptr || !budget_->try_admit(bytes)) return false;
+        bytes_ += bytes;
+        return true;
+    }
+
     void shrink(std::size_t bytes) {
         if (bytes >= bytes_) return;
         const std::size_t before = std::exchange(bytes_, bytes);
@@ -159,6 +193,47 @@ public:
 private:
     memory_budget* budget_ = nullptr;
     std::size_t bytes_ = 0;
+};
+
+/// Memory for the stages of one photo: what its share leaves, and more while the budget has it. So the budget holds also for
+/// depth that hides many times what photographs hide.
+class metered_memory {
+public:
+    /// held  bytes of the share that are in use otherwise: files, the photo, depth maps
+    metered_memory(memory_share& share, std::size_t held) : share_(share), used_(held) {}
+    metered_memory(const metered_memory&) = delete;
+    metered_memory& operator=(const metered_memory&) = delete;
+
+    const memory& source() const { return source_; }
+    bool was_refused() const { return was_refused_; }
+
+private:
+    void* allocate(std::size_t bytes, std::size_t alignment) {
+        const std::lock_guard lock(mutex_);
+        const std::size_t needed = used_ + bytes;
+        if (needed > share_.bytes() && !share_.try_add(needed - share_.bytes())) {
+            was_refused_ = true;
+            return nullptr;
+        }
+        void* const block = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+        used_ += block == nullptr ? 0 : bytes;
+        return block;
+    }
+    void release(void* block, std::size_t bytes) {
+        std::free(block);
+        const std::lock_guard lock(mutex_);
+        used_ -= bytes;
+    }
+
+    memory_share& share_;
+    std::size_t used_;
+    bool was_refused_ = false;
+    std::mutex mutex_;
+    memory source_{this,
+                   [](void* self, std::size_t bytes, std::size_t alignment) {
+                       return static_cast<metered_memory*>(self)->allocate(bytes, alignment);
+                   },
+                   [](void* self, void* block, std::size_t bytes) { static_cast<metered_memory*>(self)->release(block, bytes); }};
 };
 
 }  // namespace ldi::examples

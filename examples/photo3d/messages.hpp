@@ -106,6 +106,18 @@ inline failure describe_failure() {
     }
 }
 
+/// What `function` throws.
+template <class Function>
+failure failure_of(Function&& function) {
+    try {
+        function();
+    } catch (...) {
+        return describe_failure();
+    }
+    LDI_ASSERT(false);
+    return {};
+}
+
 /// Says what went wrong. Called while an exception is handled.
 inline exit_code say_failure() {
     const failure what = describe_failure();

@@ -123,15 +123,26 @@ private:
     std::vector<std::byte> standard_output_;
 };
 
-/// Refuses a name for the GLB that says that it is something else. Raises invalid_option.
-inline void check_glb_name(const std::filesystem::path& output) {
+/// Whether a name means a device or a pipe, for which no ending is needed.
+inline bool is_stream(const std::filesystem::path& name) {
+    std::error_code ignored;
+    return is_standard(name) || (std::filesystem::exists(name, ignored) && !std::filesystem::is_regular_file(name, ignored));
+}
+
+/// Refuses a name that says that the file is something else than it will be. Raises invalid_option.
+inline void check_ending(const std::filesystem::path& output, std::initializer_list<std::string_view> endings,
+                         const std::string& what) {
     const std::string extension = extension_of(output);
-    if (extension == ".gltf")
-        raise(error_code::invalid_option, output.string(),
-              "a name that ends in .glb: glTF in one binary file, which is what is written",
-              ".gltf, which is text with its data beside it");
-    for (const char* other : {".html", ".htm", ".jpg", ".jpeg", ".png", ".json", ".mp4", ".webp", ".gif"})
-        if (extension == other) raise(error_code::invalid_option, output.string(), "a name that ends in .glb", extension);
+    if (is_stream(output) || std::find(endings.begin(), endings.end(), extension) != endings.end()) return;
+    raise(error_code::invalid_option, output.string(), "a name that ends in " + std::string(*endings.begin()) + ": " + what,
+          extension.empty() ? "no ending" : extension);
+}
+
+inline void check_glb_name(const std::filesystem::path& output) {
+    check_ending(output, {".glb"}, "glTF in one binary file, which is what is written");
+}
+inline void check_page_name(const std::filesystem::path& output) {
+    check_ending(output, {".html", ".htm"}, "a page, which is what is written");
 }
 
 /// Whether a file begins like one that this program wrote: its first 64 kB hold the mark.

@@ -9,8 +9,10 @@
 #include "messages.hpp"
 #include "outputs.hpp"
 #include "report.hpp"
+#include "spare_memory.hpp"
 #include "stage_pictures.hpp"
 #include "stereo_image.hpp"
+#include "unknown_option.hpp"
 #include "usdz.hpp"
 #include "video.hpp"
 
@@ -27,7 +29,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace {
@@ -36,9 +40,14 @@ using namespace ldi::examples;
 
 /// The names of a run over one photo. Raises invalid_option, file_access.
 photo_files names_of(const arguments& a) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(a.photos.front(), ignored))
+        ldi::raise(ldi::error_code::invalid_option, a.photos.front().string(), "a photo; --batch converts all photos of a folder",
+                   "a folder");
     if (a.photos.size() != 1)
         ldi::raise(ldi::error_code::invalid_option, "PHOTO", "one photo, or --batch", std::to_string(a.photos.size()));
     photo_files names{a.photos.front(), a.depth, a.output, a.html, a.report, false};
+    find_map_beside(names, a);
     if (!a.output.empty() || !a.html.empty() || !a.video.output.empty() || !a.video.depth_map.empty() ||
         !a.stereo_image.empty() || !a.usdz.empty())
         return names;
@@ -75,18 +84,39 @@ void print_figures(const arguments& a, const nlohmann::ordered_json& report, con
             "network may see more: --depth, --depth-model.");
 }
 
+/// The files that a run has written, and what opens them.
+void print_files(const arguments& a, const photo_files& names, bool is_stdout_taken) {
+    if (a.quiet) return;
+    std::string text;
+    const auto add = [&](const std::filesystem::path& file, const char* opened_by) {
+        if (!file.empty() && !is_standard(file)) text += "wrote " + escaped(file.string()) + opened_by + "\n";
+    };
+    add(names.html, "   open it in a browser");
+    add(names.glb, "   any viewer of glTF shows it: Blender, Windows' 3D Viewer, https://gltf-viewer.donmccurdy.com");
+    add(a.usdz, "   Quick Look shows it on iPhones, iPads and Macs");
+    add(a.stereo_image, "   a picture for each eye");
+    add(a.video.output, "");
+    add(a.video.depth_map, "");
+    add(a.stages, "   pictures of every stage");
+    add(names.report, "");
+    if (!text.empty()) std::fputs(("\n" + text).c_str(), is_stdout_taken ? stderr : stdout);
+}
+
 void run(const arguments& a, output_files& files) {
     const photo_files names = names_of(a);
     check_files(a, names, files);
     stage_clock clock(a.quiet);
     std::optional<viewer_page> viewer;  // first: where it is missing, nothing needs to be computed
     if (!names.html.empty()) viewer.emplace(a.viewer);
+    clock.begin("reading files");
+    const std::vector<std::byte> photo = read_input(names.photo),
+                                 depth = map_file(names).empty() ? std::vector<std::byte>() : read_input(map_file(names));
+    decoding_cost(photo, names.depth.empty() ? std::span<const std::byte>() : depth, a, name_of_input(names.photo),
+                  name_of_input(names.depth));  // raises what headers say against a file before networks are loaded
     const networks by = load_networks(a, clock);
     clock.begin("reading photo");
-    const std::vector<std::byte> photo = read_input(names.photo),
-                                 depth = names.depth.empty() ? std::vector<std::byte>() : read_input(names.depth);
     ldi::thread_pool threads(a.threads);
-    const ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
+    ldi::photo_with_depth input = decode_input(a, names, photo, depth, by, threads);
     const ldi::photo3d made = convert(a, input, by, clock, threads);
     photo_texture texture = texture_of(made, input, a, threads);
     const encoded_photo3d encoded = encode(made, texture, a, names, clock, threads);
@@ -101,6 +131,7 @@ void run(const arguments& a, output_files& files) {
     if (!names.glb.empty()) files.write(names.glb, encoded.glb);
     files.commit();
     print_figures(a, report, report["depth"], files.uses_standard_output());
+    print_files(a, names, files.uses_standard_output());
 }
 
 /// Adds what prints the manual page or a shell's completions and ends. These name the program's data as seen from it.
@@ -118,14 +149,7 @@ void describe_documents(CLI::App& app) {
         ->check(CLI::IsMember({"man", "bash", "zsh", "fish"}));
 }
 
-}  // namespace
-
-int main(int count, char** values) {
-#if defined(__GLIBC__)
-    // Stages free and allocate the same tens of megabytes; handing them back to the system in between costs more than the stages.
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-#endif
+int run_program(int count, char** values) {
     CLI::App app;
     arguments a;
     const std::filesystem::path data = data_folder(values[0]);
@@ -134,23 +158,38 @@ int main(int count, char** values) {
         describe_documents(app);
         app.footer(app.get_footer() + "\n\nExit codes. " + exit_code_text);
         app.parse(count, values);
-        if (a.batch) return run_batch(a, data);
-        output_files files;
-        const interruption signals([&files] { files.files().discard(); });
-        try {
-            find_weights(a, data);
-            run(a, files);
-        } catch (...) {
-            signals.end_if_signaled();
-            return say_failure();
-        }
     } catch (const CLI::Success& e) {
         return app.exit(e);  // --help, --version, --generate
     } catch (const CLI::ParseError& e) {
-        say(std::string(e.what()) + " (photo3d --help lists all options)");
+        const std::string unknown = unknown_option(app, count, values);
+        say((unknown.empty() ? e.what() : unknown) + " (photo3d --help lists all options)");
         return exit_usage;
+    }
+    if (a.batch) return run_batch(a, data);
+    output_files files;
+    const interruption signals([&files] { files.files().discard(); });
+    try {
+        find_weights(a, data);
+        run(a, files);
     } catch (...) {
+        signals.end_if_signaled();
         return say_failure();
     }
     return exit_done;
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+#if defined(__GLIBC__)
+    // Stages free and allocate the same tens of megabytes; handing them back to the system in between costs more than the stages.
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+    spare_memory::put_by();
+    try {
+        return run_program(count, values);
+    } catch (...) {
+        return say_failure();
+    }
 }

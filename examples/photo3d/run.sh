@@ -10,6 +10,22 @@ top=$(cd "$here/../.." && pwd)
 # shellcheck source=scripts/requirements.sh
 source "$top/scripts/requirements.sh"
 
+usage() {
+    printf 'usage: examples/photo3d/run.sh [PHOTO|portrait|cat|cup|sample [OPTION...]]\n\n'
+    sed -n '2,/^set /s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+}
+case ${1:-} in
+    -h | --help)
+        usage
+        exit 0
+        ;;
+    -*)
+        printf 'expected a photo before options, found %s\n\n' "$1" >&2
+        usage >&2
+        exit 2
+        ;;
+esac
+
 # Prints the path of a photograph of Debian's python3-skimage, which is fetched and unpacked once, not installed.
 photograph() {
     local file=$top/out/photographs/$1 package=$top/out/photographs/package
@@ -36,18 +52,28 @@ if [ "$photo" = sample ]; then
     options=(--depth "$here/sample_depth.png" --fov 56 "${options[@]}")
 fi
 if [ ! -f "$photo" ]; then
-    printf 'There is no file %s\n' "$photo" >&2
+    printf '%s: expected a photo, found %s\n' "$photo" "$([ -d "$photo" ] && echo 'a folder: photo3d --batch converts one' || echo 'no such file')" >&2
     exit 1
 fi
+
+# Prints what the files of a photo are called in out/: after the photo, with a number where those of another photo have that name.
+name_for() {
+    local source=$1 stem=$2 name=$2 number=1
+    while [ -e "$top/out/.$name.source" ] && [ "$(cat "$top/out/.$name.source")" != "$source" ]; do
+        number=$((number + 1)) name=$stem-$number
+    done
+    printf '%s\n' "$source" >"$top/out/.$name.source"
+    printf '%s\n' "$name"
+}
 
 require "${needs_build[@]}" "${needs_io[@]}" "${needs_photo3d[@]}" >&2
 cmake -S "$top" -B "$top/build/photo3d" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DLDI_BUILD_TESTS=OFF -DLDI_BUILD_BENCH=OFF -DLDI_BUILD_EXAMPLES=ON >&2
 cmake --build "$top/build/photo3d" --target photo3d >&2
 
-name=$(basename "$photo")
-made=$top/out/${name%.*}
 mkdir -p "$top/out"
+file=$(basename "$photo")
+made=$top/out/$(name_for "$(realpath "$photo")" "${file%.*}")
 page=()
 if "$top/examples/viewer/build.sh" >&2; then
     page=(--html "$made.html")

@@ -199,7 +199,10 @@ inline std::vector<std::string> ffmpeg_command(const video_options& v, std::size
 
 /// To be called before the work that leads to the video: what is missing is said at once.
 inline void check_video(const video_options& v, output_files& files) {
-    if (!v.depth_map.empty()) files.claim(v.depth_map);
+    if (!v.depth_map.empty()) {
+        files.claim(v.depth_map);
+        check_ending(v.depth_map, {".png"}, "a gray picture of 16 bits, which is what is written");
+    }
     if (v.output.empty()) return;
     for (const char* other : {".mov", ".mkv", ".avi", ".webm", ".m4v", ".png", ".jpg", ".apng"})
         if (v.extension() == other)

@@ -39,7 +39,7 @@ inline std::vector<std::byte> encode_webp(const image<std::uint8_t>& picture, fl
         WebPPictureImportRGB(&source, picture.data(), 3 * source.width) != 0 && WebPEncode(&config, &source) != 0;
     const std::unique_ptr<std::uint8_t, void (*)(void*)> owner(file.mem, WebPFree);
     WebPPictureFree(&source);
-    if (!is_good) raise(error_code::unavailable, "libwebp", "memory", "too little");
+    if (!is_good) raise(error_code::out_of_memory, "libwebp", "enough memory", "too little");
     const std::byte* const first = reinterpret_cast<const std::byte*>(file.mem);
     return {first, first + file.size};
 }

@@ -12,7 +12,9 @@
 
 #include <sys/time.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -99,7 +101,9 @@ public:
             return std::nullopt;
         check(reply);
         const std::unique_ptr<amqp_envelope_t, decltype(&amqp_destroy_envelope)> owner(&envelope, amqp_destroy_envelope);
-        delivery result{envelope.delivery_tag, text(envelope.consumer_tag), text(envelope.message.body), 0, {}};
+        amqp_bytes_t body = envelope.message.body;
+        body.len = std::min(body.len, max_body_bytes);
+        delivery result{envelope.delivery_tag, text(envelope.consumer_tag), text(body), 0, {}};
         const amqp_basic_properties_t& properties = envelope.message.properties;
         if ((properties._flags & AMQP_BASIC_HEADERS_FLAG) == 0) return result;
         for (int i = 0; i < properties.headers.num_entries; ++i) {
@@ -146,6 +150,9 @@ public:
         while (read_frame(std::chrono::seconds(0))) {
         }
     }
+
+    /// Bytes of a message that are kept: one more than those of any that is not refused for its length.
+    static constexpr std::size_t max_body_bytes = photo_message::max_bytes + 1;
 
     /// Times that a message is given out before it is a dead letter.
     static constexpr std::uint64_t delivery_limit = 5;

@@ -18,8 +18,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
@@ -56,7 +58,7 @@ public:
         try {
             names = parse_message(message.body);
         } catch (const error&) {
-            done.dead.push_back({{"message", escaped(message.body)}, {"error", line_error(describe_failure())}});
+            done.dead.push_back(document_of_refused(message.body, describe_failure()));
             return done;
         }
         log_event(
@@ -79,43 +81,44 @@ public:
 private:
     /// What became of a photo; null where another try may help, unless this is the last.
     nlohmann::ordered_json document_for(const std::string& job, const std::string& photo, bool is_last) {
-        const std::string record = photo + ".json";
         nlohmann::ordered_json document = document_of(job, photo);
         try {
-            if (std::optional<nlohmann::ordered_json> earlier = find_record(record, job)) {
+            const output_keys outputs(photo);  // before the work, which would be lost
+            outputs_.check(outputs.glb), outputs_.check(outputs.document);
+            if (std::optional<nlohmann::ordered_json> earlier = find_record(outputs.document, document)) {
                 metrics_.found_done.Increment();
                 log_event("info", "found done", document);
                 return *earlier;
             }
-            document = convert_or_fail(document);
+            document = convert_or_fail(document, outputs.glb);
             const std::string text = to_line(document);
-            outputs_.put(record, std::as_bytes(std::span(text)));
+            outputs_.put(outputs.document, std::as_bytes(std::span(text)));
         } catch (...) {
             const failure what = describe_failure();
             document["error"] = line_error(what);
-            log_event("warning", is_last ? "given up" : "try again", document);
-            if (!is_last) return nullptr;
+            const bool may_pass = what.code == exit_try_again;
+            log_event("warning", may_pass && !is_last ? "try again" : "given up", document);
+            if (may_pass && !is_last) return nullptr;
             metrics_.count_failure(what.kind);  // and no document beside it: asked again it may succeed
         }
         return document;
     }
 
-    /// The document that lies beside the GLB, if it is of this job.
-    std::optional<nlohmann::ordered_json> find_record(const std::string& record, const std::string& job) try {
-        const std::vector<std::byte> bytes = outputs_.get(record);
-        const char* const text = reinterpret_cast<const char*>(bytes.data());
-        nlohmann::ordered_json document = nlohmann::ordered_json::parse(text, text + bytes.size(), nullptr, false);
-        if (!document.is_object() || !document.contains("job") || document["job"] != job) return std::nullopt;
-        return document;
+    /// The document that lies beside the GLB, if it is of this job and photo.
+    std::optional<nlohmann::ordered_json> find_record(const std::string& record, const nlohmann::ordered_json& wanted) try {
+        const std::vector<std::byte> bytes = outputs_.get(record, max_document_bytes);
+        std::optional<nlohmann::ordered_json> document =
+            parse_document(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        return document && id_of(*document) == id_of(wanted) ? document : std::nullopt;
     } catch (const error& failed) {
         if (failed.code() == error_code::unavailable) throw;
         return std::nullopt;
     }
 
     /// The document of a photo that is converted, or can never be. Raises what may pass.
-    nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document) {
+    nlohmann::ordered_json convert_or_fail(nlohmann::ordered_json document, const std::string& output) {
         try {
-            document.update(convert(document["photo"]));
+            document.update(convert(document["photo"], output));
             metrics_.converted.Increment();
             log_event("info", "photo", document);
         } catch (...) {
@@ -129,30 +132,51 @@ private:
     }
 
     /// From the photo in one storage to the GLB in the other.
-    nlohmann::ordered_json convert(const std::string& key) {
+    nlohmann::ordered_json convert(const std::string& key, const std::string& output) {
         stage_clock storing(true), clock(true);
-        thread_pool self(1);
-        photo_files names;
-        names.photo = key, names.are_files = false;
         storing.begin("getting photo");
-        const std::vector<std::byte> photo = photos_.get(key);
+        const std::vector<std::byte> photo = photos_.get(key, std::min(storage::max_object_bytes, budget_.for_one()));
         storing.finish();
-        budget_.check(memory_for(photo, {}, arguments_, key), key);
-        clock.begin("reading photo");
-        const photo_with_depth input = decode_input(arguments_, names, photo, {}, by_, self);
-        const photo3d made = examples::convert(arguments_, input, by_, clock, self);
-        const photo_texture texture = texture_of(made, input, arguments_, self);
-        const encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
-        storing.begin("putting GLB");
-        outputs_.put(key + ".glb", encoded.glb);
-        storing.finish();
+        const decoding_cost cost(photo, {}, arguments_, key, {});
+        const std::size_t bytes = memory_for(cost, photo.size(), arguments_);
+        memory_share all;
+        all.grow(budget_, std::max(bytes, budget_.for_one()), key);  // for one photo at a time
+        budget_.make_room(bytes);
+        metered_memory memory(all, photo.size() + 3 * cost.width * cost.height + cost.held_by_maps);
+        nlohmann::ordered_json facts;
+        try {
+            const std::vector<std::byte> glb = glb_of(key, photo, memory.source(), clock, facts);
+            storing.begin("putting GLB");
+            outputs_.put(output, glb);
+            storing.finish();
+            metrics_.bytes_written.Increment(static_cast<double>(glb.size()));
+        } catch (const std::bad_alloc&) {
+            if (memory.was_refused()) budget_.refuse(key);
+            throw;
+        }
         for (const stage_clock* const stages : {&storing, &clock})
             for (const auto& [stage, milliseconds] : stages->stages()) metrics_.observe(stage, milliseconds / 1000);
         metrics_.bytes_read.Increment(static_cast<double>(photo.size()));
-        metrics_.bytes_written.Increment(static_cast<double>(encoded.glb.size()));
-        nlohmann::ordered_json facts{{"output", key + ".glb"}, {"bytes", encoded.glb.size()}};
+        nlohmann::ordered_json result{{"output", output}};
+        result.update(facts);
+        return result;
+    }
+
+    /// facts  becomes what is said of the photo
+    std::vector<std::byte> glb_of(const std::string& key, std::span<const std::byte> photo, const memory& memory,
+                                  stage_clock& clock, nlohmann::ordered_json& facts) {
+        thread_pool self(1);
+        photo_files names;
+        names.photo = key, names.are_files = false;
+        clock.begin("reading photo");
+        photo_with_depth input = decode_input(arguments_, names, photo, {}, by_, self);
+        const memory_scope scope(memory);
+        const photo3d made = examples::convert(arguments_, input, by_, clock, self);
+        const photo_texture texture = texture_of(made, input, arguments_, self);
+        encoded_photo3d encoded = encode(made, texture, arguments_, names, clock, self);
+        facts["bytes"] = encoded.glb.size();
         facts.update(line_figures(report_on(made, encoded, input, arguments_, clock)));
-        return facts;
+        return std::move(encoded.glb);
     }
 
     const arguments& arguments_;

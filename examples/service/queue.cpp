@@ -2,8 +2,10 @@
 // documents of photos to files, one line per photo, however often a document comes.
 
 #include "../photo3d/batch_log.hpp"
+#include "../photo3d/line_reader.hpp"
 #include "../photo3d/messages.hpp"
 #include "../photo3d/option_checks.hpp"
+#include "../photo3d/spare_memory.hpp"
 #include "broker.hpp"
 #include "message.hpp"
 
@@ -97,9 +99,9 @@ void submit(const queue_options& options) {
     submitter to(options);
     std::size_t photos = 0;
     photo_message next{options.job, {}};
-    for (std::string key; std::getline(std::cin, key); ++photos) {
-        check_key(key);
-        next.photos.push_back(key);
+    for (line_reader lines(std::cin); lines.next(); ++photos) {
+        const output_keys outputs(lines.text());  // which are longer than the key
+        next.photos.push_back(lines.text());
         if (next.photos.size() < options.photos_per_message) continue;
         to.send(next);
         next.photos.clear();
@@ -118,9 +120,14 @@ public:
         if (file_ < 0) fail();
         std::ifstream written(path);
         off_t whole = 0;
-        for (std::string line; std::getline(written, line) && !written.eof(); ++count_) {
-            whole += static_cast<off_t>(line.size()) + 1;
-            seen.insert(id_of(nlohmann::ordered_json::parse(line)));
+        for (line_reader lines(written); lines.next() && lines.has_end(); ++count_) {
+            const std::optional<nlohmann::ordered_json> document = parse_document(lines.text());
+            if (!document)
+                raise(error_code::invalid_data, path.string() + ", line " + std::to_string(lines.number()),
+                      "a document as this program writes it; to begin anew, name another file",
+                      "\"" + lines.text().substr(0, 200) + "\"");
+            whole += static_cast<off_t>(lines.text().size()) + 1;
+            seen.insert(id_of(*document));
         }
         if (ftruncate(file_, whole) != 0) fail();  // a last line without an end was not acknowledged
     }
@@ -155,20 +162,24 @@ private:
 /// Hands a message's documents on. A dead letter of the broker's is the message as it was sent.
 template <class Take>
 void for_each_document(const delivery& message, Take take) {
-    nlohmann::ordered_json document = nlohmann::ordered_json::parse(message.body, nullptr, false);
-    if (message.reason_of_death.empty() && document.is_object()) return take(document);
+    if (message.reason_of_death.empty()) {
+        if (const std::optional<nlohmann::ordered_json> document = parse_document(message.body)) return take(*document);
+        return take(
+            document_of_refused(message.body, {exit_never, "invalid data", "expected a photo's document, found another text"}));
+    }
     const failure why{
-        exit_try_again, message.reason_of_death.empty() ? "invalid data" : message.reason_of_death,
+        exit_try_again, message.reason_of_death,
         "given out " + std::to_string(broker_connection::delivery_limit) + " times, and nobody who had it came to its end"};
+    photo_message names;
     try {
-        const photo_message names = parse_message(message.body);
-        for (const std::string& photo : names.photos) {
-            document = document_of(names.job, photo);
-            document["error"] = line_error(why);
-            take(document);
-        }
+        names = parse_message(message.body);
     } catch (const error&) {
-        take({{"message", escaped(message.body)}, {"error", line_error(why)}});
+        return take(document_of_refused(message.body, why));
+    }
+    for (const std::string& photo : names.photos) {
+        nlohmann::ordered_json document = document_of(names.job, photo);
+        document["error"] = line_error(why);
+        take(document);
     }
 }
 
@@ -233,6 +244,7 @@ private:
 
 int main(int count, char** values) {
     using namespace ldi::examples;
+    spare_memory::put_by();
     CLI::App app("Sends photos to workers, and collects what became of them.");
     queue_options options;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -240,9 +252,17 @@ int main(int count, char** values) {
     app.add_option("--broker", options.broker, "amqp://USER:PASSWORD@HOST:PORT/VIRTUAL_HOST")->capture_default_str();
     app.add_option("--queue", options.queue, "name of the queue")->capture_default_str();
     CLI::App* const sending = app.add_subcommand("submit", "reads keys of photos from standard input, one per line");
-    sending->add_option("--job", options.job, "tells these photos from others of the same keys; default: from the time");
+    sending
+        ->add_option("--job", options.job,
+                     "tells these photos from others of the same keys, 1 to 200 bytes; default: from the time")
+        ->check(CLI::Validator(
+            [](const std::string& name) {
+                const bool is_good = !name.empty() && name.size() <= photo_message::max_job_bytes;
+                return is_good ? std::string() : "expected 1 to 200 bytes, found " + std::to_string(name.size());
+            },
+            ""));
     sending->add_option("--photos-per-message", options.photos_per_message, "1 to 64")
-        ->check(between(1, photo_message::most_photos))
+        ->check(between(1, photo_message::max_photos))
         ->capture_default_str();
     CLI::App* const collecting = app.add_subcommand("collect", "writes a line of JSON per photo");
     collecting->add_option("--results", options.results, "file of those that were converted")->required();

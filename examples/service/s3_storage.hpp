@@ -45,14 +45,23 @@ public:
         endpoint_ += "/" + bucket + "/";
     }
 
-    std::vector<std::byte> get(const std::string& key) override { return perform(key, nullptr); }
-    void put(const std::string& key, std::span<const std::byte> bytes) override { perform(key, &bytes); }
+    void check(const std::string& key) const override {
+        constexpr std::size_t max_bytes = 1024;
+        check_key(key);
+        if (prefix_.size() + key.size() > max_bytes)
+            raise(error_code::invalid_data, "message", "a key of at most 1024 bytes with its prefix", key);
+    }
+    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
+        return perform(key, nullptr, max_bytes);
+    }
+    void put(const std::string& key, std::span<const std::byte> bytes) override { perform(key, &bytes, max_object_bytes); }
 
 private:
     using header_list = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
 
     struct answer {
-        std::vector<std::byte> bytes;
+        std::size_t max_bytes;
+        std::vector<std::byte> bytes = {};
         bool is_too_large = false;
     };
 
@@ -65,7 +74,7 @@ private:
 
     static std::size_t take(const char* data, std::size_t, std::size_t count, void* to) {
         answer& into = *static_cast<answer*>(to);
-        into.is_too_large = count > most_bytes - into.bytes.size();
+        into.is_too_large = count > into.max_bytes - into.bytes.size();
         if (into.is_too_large) return 0;  // ends the transfer
         const std::byte* const bytes = reinterpret_cast<const std::byte*>(data);
         into.bytes.insert(into.bytes.end(), bytes, bytes + count);
@@ -111,11 +120,11 @@ private:
     }
 
     /// body  what is put; none: it is got
-    std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body) {
-        check_key(key);
+    std::vector<std::byte> perform(const std::string& key, const std::span<const std::byte>* body, std::size_t max_bytes) {
+        check(key);
         CURL* const curl = curl_.get();
         const std::string url = endpoint_ + encoded(prefix_ + key), signer = "aws:amz:" + region_ + ":s3";
-        answer answered;
+        answer answered{max_bytes};
         curl_easy_reset(curl);  // connections stay
         curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
         curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
@@ -136,12 +145,13 @@ private:
             curl_easy_setopt(curl, CURLOPT_CUSTOMREQUEST, "PUT");
         }
         const CURLcode done = curl_easy_perform(curl);
-        check(url, done, answered);
+        check_answer(url, done, answered);
         return std::move(answered.bytes);
     }
 
-    void check(const std::string& url, CURLcode done, const answer& answered) const {
-        if (answered.is_too_large) raise(error_code::too_large, url, "at most " + std::to_string(most_bytes) + " bytes", "more");
+    void check_answer(const std::string& url, CURLcode done, const answer& answered) const {
+        if (answered.is_too_large)
+            raise(error_code::too_large, url, "at most " + std::to_string(answered.max_bytes) + " bytes", "more");
         if (done != CURLE_OK) raise(error_code::unavailable, url, "an answer", curl_easy_strerror(done));
         long status = 0;
         curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &status);

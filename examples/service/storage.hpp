@@ -5,10 +5,17 @@
 #include "message.hpp"
 
 #include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
 #include <ldi/formats/file.hpp>
+
+#include <fcntl.h>
+#include <limits.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
@@ -27,40 +34,92 @@ namespace ldi::examples {
 /// Bytes under keys. Not for several threads at once.
 class storage {
 public:
-    static constexpr std::size_t most_bytes = std::size_t{1} << 30;  ///< of one object
+    static constexpr std::size_t max_object_bytes = std::size_t{1} << 30;
 
     virtual ~storage() = default;
 
-    /// Raises file_access where there is no such object, too_large, and unavailable for all that is not the object's fault: no
-    /// network, no space, wrong credentials.
-    virtual std::vector<std::byte> get(const std::string& key) = 0;
+    /// Raises invalid_data for a key that put() can't take.
+    virtual void check(const std::string& key) const = 0;
+
+    /// Raises file_access where there is no such object, too_large for one beyond max_bytes, and unavailable for all that is not
+    /// the object's fault: no network, no space, wrong credentials.
+    virtual std::vector<std::byte> get(const std::string& key, std::size_t max_bytes = max_object_bytes) = 0;
 
     /// Whoever gets it meanwhile gets the old bytes or the new ones. Raises as get() does.
     virtual void put(const std::string& key, std::span<const std::byte> bytes) = 0;
 };
 
-/// A folder, which may be of another machine.
+/// A folder, which may be of another machine. What is in it may be a stranger's: links are not followed, so that nothing outside
+/// is read or written, and only plain files are opened.
 class folder_storage : public storage {
 public:
     explicit folder_storage(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-    std::vector<std::byte> get(const std::string& key) override { return read_file(path_of(key), most_bytes); }
+    void check(const std::string& key) const override {
+        constexpr std::size_t max_name = NAME_MAX, max_path = PATH_MAX;
+        check_key(key);
+        std::size_t longest = 0;
+        for (const std::filesystem::path& name : std::filesystem::path(key)) longest = std::max(longest, name.native().size());
+        if (longest > max_name || (folder_ / key).native().size() >= max_path)
+            raise(error_code::invalid_data, "message",
+                  "a key whose names have at most " + std::to_string(max_name) + " bytes each", key);
+    }
+
+    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
+        const detail::file_handle folder = folder_of(key, false);
+        // O_NONBLOCK: to open a pipe that nobody writes to would take forever.
+        const detail::file_handle file(folder, name_of(key), O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+        if (file.number() < 0) fail(key, "a file that can be read");
+        struct stat facts {};
+        if (::fstat(file.number(), &facts) != 0) fail(key, "a file that can be read");
+        if (!S_ISREG(facts.st_mode)) raise(error_code::file_access, path_of(key), "a file", "something else, such as a pipe");
+        const std::size_t size = static_cast<std::size_t>(facts.st_size);
+        std::vector<std::byte> bytes(std::min(size, max_bytes) + 1);  // one more, to see that it ends there
+        std::size_t used = 0;
+        while (used < bytes.size()) {
+            const ssize_t got = ::read(file.number(), bytes.data() + used, bytes.size() - used);
+            if (got < 0 && errno == EINTR) continue;
+            if (got < 0) fail(key, "a file that can be read");
+            if (got == 0) break;
+            used += static_cast<std::size_t>(got);
+        }
+        if (used > max_bytes)
+            raise(error_code::too_large, path_of(key), "at most " + std::to_string(max_bytes) + " bytes", std::to_string(size));
+        bytes.resize(used);
+        return bytes;
+    }
 
     void put(const std::string& key, std::span<const std::byte> bytes) override {
-        const std::filesystem::path path = path_of(key);
-        std::error_code failed;
-        std::filesystem::create_directories(path.parent_path(), failed);
-        if (failed) detail::raise_system_error(failed.value(), path.parent_path(), "a folder");
-        write_file(path, bytes);
+        check(key);
+        const detail::file_handle folder = folder_of(key, true);
+        struct stat facts {};
+        if (::fstatat(folder.number(), name_of(key).c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(facts.st_mode))
+            raise(error_code::file_access, path_of(key), "a plain file or none", "a link, or something else that is no file");
+        write_file(path_of(key), bytes);
     }
 
 private:
-    std::filesystem::path path_of(const std::string& key) const {
+    std::string path_of(const std::string& key) const { return (folder_ / key).string(); }
+    static std::string name_of(const std::string& key) { return std::filesystem::path(key).filename().string(); }
+
+    [[noreturn]] void fail(const std::string& key, const char* expected) const {
+        if (errno == ELOOP || errno == EMLINK || errno == ENOTDIR)
+            raise(error_code::file_access, path_of(key), expected, "a link, which is not followed, or a file for a folder");
+        detail::raise_system_error(detail::last_error(), path_of(key), expected);
+    }
+
+    /// The folder of an object, opened name by name. Raises file_access, unavailable.
+    detail::file_handle folder_of(const std::string& key, bool makes_missing) const {
         check_key(key);
-        std::error_code ignored;
-        if (!std::filesystem::is_directory(folder_, ignored))  // not mounted now
-            raise(error_code::unavailable, folder_.string(), "a folder", "none");
-        return folder_ / key;
+        detail::file_handle folder(folder_, O_RDONLY | O_DIRECTORY);
+        if (folder.number() < 0) raise(error_code::unavailable, folder_.string(), "a folder", "none");  // not mounted now
+        for (const std::filesystem::path& name : std::filesystem::path(key).parent_path()) {
+            if (makes_missing && ::mkdirat(folder.number(), name.c_str(), 0777) != 0 && errno != EEXIST) fail(key, "a folder");
+            detail::file_handle next(folder, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+            if (next.number() < 0) fail(key, "a folder");
+            folder = std::move(next);
+        }
+        return folder;
     }
 
     std::filesystem::path folder_;
@@ -78,8 +137,9 @@ public:
                     std::function<void(const std::string&)> on_failure)
         : tried_(std::move(tried)), patience_(patience), is_ending_(is_ending), on_failure_(std::move(on_failure)) {}
 
-    std::vector<std::byte> get(const std::string& key) override {
-        return patiently([&] { return tried_->get(key); });
+    void check(const std::string& key) const override { tried_->check(key); }
+    std::vector<std::byte> get(const std::string& key, std::size_t max_bytes) override {
+        return patiently([&] { return tried_->get(key, max_bytes); });
     }
     void put(const std::string& key, std::span<const std::byte> bytes) override {
         patiently([&] { return tried_->put(key, bytes), 0; });

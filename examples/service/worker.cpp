@@ -6,6 +6,7 @@
 #include "../photo3d/batch_list.hpp"
 #include "../photo3d/channel.hpp"
 #include "../photo3d/messages.hpp"
+#include "../photo3d/spare_memory.hpp"
 #include "broker.hpp"
 #include "conversion_job.hpp"
 #include "message.hpp"
@@ -21,8 +22,10 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -63,23 +66,39 @@ public:
 
     void run() {
         std::thread converting([this] { convert(); });
-        while (!is_ending) {
-            try {
-                serve();
-            } catch (const error& failed) {
-                has_broker_ = false;
-                log_event("warning", "broker lost", {{"message", escaped(failed.what())}});
-                std::this_thread::sleep_for(std::chrono::seconds(1));
-            }
+        try {
+            while (!is_ending) serve_or_wait();
+        } catch (...) {
+            end_with(std::current_exception());
         }
         tasks_.close();
         converting.join();
+        if (failed_) std::rethrow_exception(failed_);
         log_event("info", "end");
     }
 
 private:
     nlohmann::ordered_json health() const {
         return {{"broker", has_broker_.load()}, {"photos", photos_.is_there()}, {"outputs", outputs_.is_there()}};
+    }
+
+    /// Ends the worker, whose messages then go to others. For any thread.
+    void end_with(std::exception_ptr failure) {
+        const std::lock_guard lock(mutex_);
+        if (!failed_) failed_ = std::move(failure);
+        is_ending = true;
+    }
+
+    void serve_or_wait() {
+        std::string why;
+        try {
+            return serve();
+        } catch (const error& failed) {
+            why = failed.what();
+        }
+        has_broker_ = false;
+        log_event("warning", "broker lost", {{"message", escaped(why)}});
+        std::this_thread::sleep_for(std::chrono::seconds(1));
     }
 
     /// On one pair of connections, until one fails. A broker that is short of memory stops who publishes, by connection:
@@ -118,10 +137,14 @@ private:
         metrics_.messages.Increment();
     }
 
-    void convert() {
-        while (std::optional<task> next = tasks_.pop())
+    void convert() try {
+        while (std::optional<task> next = tasks_.pop()) {
+            spare_memory::put_by();
             if (next->connection == connection_ && !is_ending)
                 finished_.push({next->connection, next->message.tag, job_.work_on(next->message)});
+        }
+    } catch (...) {
+        end_with(std::current_exception());
     }
 
     const worker_options& options_;
@@ -136,6 +159,8 @@ private:
     channel<finished_task> finished_{1024};
     std::atomic<std::uint64_t> connection_{0};
     std::atomic<bool> has_broker_{false};
+    std::mutex mutex_;  // of what follows
+    std::exception_ptr failed_;
     operations_server server_;  // last: it asks the others
 };
 
@@ -175,6 +200,7 @@ void read_conversion_options(std::vector<std::string> options, const std::filesy
 
 int main(int count, char** values) {
     using namespace ldi::examples;
+    spare_memory::put_by();
     CLI::App app;
     worker_options options;
     arguments a;

@@ -28,11 +28,11 @@ TEST_CASE("a file longer than the limit is refused, one as long is read") {
 TEST_CASE("what can't be read or written is named, with the reason") {
     const scratch_folder folder;
     CHECK_THAT(message_of([&] { read_file(folder / "absent.jpg"); }),
-               Catch::Contains("absent.jpg") && Catch::Contains("No such file"));
+               Catch::Contains("absent.jpg") && Catch::Contains("no such file"));
     CHECK(raised([&] { read_file(folder / "absent.jpg"); }) == error_code::file_access);
     CHECK(raised([&] { read_file(folder / ""); }) == error_code::file_access);
     CHECK_THAT(message_of([&] { write_file(folder / "absent/file", {}); }),
-               Catch::Contains("absent") && Catch::Contains("No such file"));
+               Catch::Contains("absent") && Catch::Contains("no such file"));
     CHECK(raised([&] { write_file(folder / "absent/file", {}); }) == error_code::file_access);
     CHECK(folder.file_count() == 0);
 }

@@ -119,6 +119,11 @@ def names():
         f.write("me.html", b"another's page")
         expect("a page of somebody else's", f, ["me.png", "--viewer", "viewer.html"], USAGE, ["me.html", "--html"])
     with folder_of_files() as f:
+        result = expect("what was written", f, ["me.png", "-o", "a.glb", "--html", "a.html", "--viewer", "viewer.html", "--report", "a.json"], DONE, made=["a.glb", "a.html", "a.json"], quiet=False)
+        end = result.stdout.decode().rstrip().splitlines()[-3:]
+        check("the last words are the files and what opens them", [line.split()[:2] for line in end] == [["wrote", name] for name in ("a.html", "a.glb", "a.json")] and "browser" in end[0], end)
+        for name in ("a.glb", "a.html", "a.json"):
+            os.remove(f / name)
         result = expect("no viewer", f, ["me.png", "--viewer", "none.html"], DONE, ["examples/viewer/build.sh"], made=["me.glb"], quiet=False)
         check("no carriage return where no terminal is", b"\r" not in result.stderr + result.stdout)
         for name, arguments, words in (
@@ -129,13 +134,26 @@ def names():
             ("another kind of video", ["me.png", "--video", "a.mov"], ["a.mov", ".mp4"]),
             ("two outputs to standard output", ["me.png", "-o", "-", "--html", "-", "--viewer", "viewer.html"], ["standard output"]),
             ("no photo", [], ["PHOTO"]),
+            ("an option that there is not", ["me.png", "--hlep"], ["unknown option --hlep", "--help"]),
+            ("another option that there is not", ["--ouptut=a.glb"], ["unknown option --ouptut", "--output"]),
+            ("another kind of model", ["me.png", "-o", "a.obj"], ["a.obj", ".glb"]),
+            ("a model of no kind", ["me.png", "-o", "a"], ["a name that ends in .glb", "found no ending"]),
+            ("a page of text", ["me.png", "--html", "page.txt", "--viewer", "viewer.html"], ["page.txt", ".html"]),
+            ("a depth map with losses", ["me.png", "--depth-map", "map.jpg"], ["map.jpg", ".png"]),
+            ("a folder for a photo", ["."], ["a folder", "--batch"]),
             ("a format that is none", ["me.png", "-o", "a.glb", "--formats", "jpeg,exe"], ["--formats", "jpeg, png", "jpeg,exe"]),
         ):
             expect(name, f, arguments, USAGE, words)
         expect("a format that is switched off", f, ["me.png", "-o", "a.glb", "--formats", "jpeg,heif"], NEVER, ["me.png", "switched on: jpeg, heif"])
-        expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb"])
+        expect("formats that are switched on", f, ["me.png", "-o", "b.glb", "--formats", "png"], DONE, made=["b.glb", "me.glb"])
         os.remove(f / "b.glb")
-        expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png"])
+        said = expect("a photo that is not there", f, ["you.png", "-o", "a.glb"], NEVER, ["you.png: expected a readable file, found no such file"]).stderr
+        check("a photo that is not there: in our words", b"No such file" not in said, said)
+        f.write("text.png", b"hello")
+        for photo in ("you.png", "text.png"):  # before the networks, of which one is none
+            result = subprocess.run([PROGRAM, photo, "--depth", "depth.png", "--inpainting-model", "viewer.html", "-o", "a.glb", "--quiet"], cwd=f.path, capture_output=True, text=True)
+            check(f"{photo} is looked at before weights that are none", result.returncode == NEVER and photo in result.stderr and "viewer.html" not in result.stderr, result.stderr)
+        os.remove(f / "text.png")
         expect("a folder that is not there", f, ["me.png", "-o", "no/such/a.glb"], NEVER, ["no/such/a.glb"])
         expect("a folder for a file", f, ["me.png", "-o", "a.glb", "--report", "."], NEVER, ["folder"])
         expect("a file for a folder", f, ["me.png", "--stages", "depth.png"], NEVER, ["depth.png"])
@@ -156,6 +174,37 @@ def names():
         shutil.copy(f / "depth.png", f / odd)
         result = subprocess.run([PROGRAM, "me.png", "--depth", odd, "--quiet", "-o", "a.glb", "--report", "odd.json"], cwd=f.path, capture_output=True)
         check("a name that is no UTF-8", result.returncode == DONE and json.loads(f.read("odd.json"))["width"] == 60, result.stderr)
+
+
+def start_script():
+    """examples/photo3d/run.sh, with a program that only says where it would write."""
+    script = os.path.join(SOURCE, "examples/photo3d/run.sh")
+    usage = subprocess.run([script, "--help"], capture_output=True, text=True)
+    check("run.sh --help", usage.returncode == DONE and "usage: " in usage.stdout and usage.stderr == "", usage)
+    check("run.sh --hlep", subprocess.run([script, "--hlep"], capture_output=True).returncode == USAGE)
+    with tempfile.TemporaryDirectory() as top:
+        def write(name, text):
+            path = os.path.join(top, name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "w") as out:
+                out.write(text)
+            os.chmod(path, 0o755)
+            return path
+
+        copy = write("examples/photo3d/run.sh", open(script).read())
+        write("scripts/requirements.sh", "needs_build=() needs_io=() needs_photo3d=()\nrequire() { :; }\n")
+        write("examples/viewer/build.sh", "#!/bin/sh\nexit 1\n")
+        write("tools/cmake", "#!/bin/sh\n")
+        write("build/photo3d/examples/photo3d", '#!/bin/sh\nprintf "%s\\n" "$1" >"$3"\n')
+        photos = [write(name, "") for name in ("a/me.jpg", "b/me.jpg", "b/me.png")]
+        made = []
+        for photo in [*photos, *photos]:
+            result = subprocess.run([copy, photo], capture_output=True, text=True, env={**os.environ, "PATH": os.path.join(top, "tools") + ":" + os.environ["PATH"]})
+            check(f"run.sh {photo}", result.returncode == DONE, result.stderr)
+            made.append(result.stdout.splitlines()[-1])
+        check(f"photos of one name get files of their own, the same again the same: {made}", len(set(made)) == 3 and made[:3] == made[3:])
+        check("which hold what they should", [open(name).read().strip() for name in made[:3]] == photos)
+        check("a folder for run.sh", "--batch" in subprocess.run([copy, top], capture_output=True, text=True).stderr)
 
 
 def key_frames():
@@ -317,7 +366,7 @@ def many_at_once():
         check(f"a signal that is ignored from the start: {ignoring.returncode}", ignoring.returncode == DONE and f.made() == ["a.glb"])
 
 
-for part in (first_words, names, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):
+for part in (first_words, names, start_script, key_frames, outputs_that_are_inputs, what_is_kept, kills, kill_with_video, many_at_once):
     begin = time.monotonic()
     part()
     print(f"{part.__name__}: {time.monotonic() - begin:.1f} s")

@@ -39,17 +39,6 @@ def was_given_out(times, *logs):
     return max(line["earlier"] for log in logs for line in lines(log) if line["event"] == "message" and line["photos"] == 1) + 1 == int(times)
 
 
-def is_at(log, photo):
-    """The last that this worker began is the photo, and it began nothing since."""
-    events = lines(log)
-    begun = max((i for i, line in enumerate(events) if line["event"] == "message"), default=None)
-    if begun is None or events[begun]["photos"] > 1 and events[begun]["earlier"] >= 2:  # the latter is parted
-        return False
-    keys = ["a.jpg", photo, "b.jpg"] if events[begun]["photos"] > 1 else [events[begun]["first"]]
-    done = sum(line["event"] in ("photo", "found done") for line in events[begun:])
-    return done < len(keys) and keys[done] == photo
-
-
 def some_came_again(*logs):
     """A message that was given out before was given out to one of these workers."""
     return any(line["event"] == "message" and line["earlier"] > 0 for log in logs for line in lines(log))

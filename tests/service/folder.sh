@@ -38,20 +38,34 @@ count_step "those of another job are" documents have_events "$worker_log" photo 
 stop_worker TERM "$worker"
 count_step "a worker that is told to end says so" documents have_events "$worker_log" end 1
 
-# Reading a pipe that nobody writes to takes forever: a photo that ends every worker that has it, by the hand of this script.
-mkfifo "$folder/photos/endless.jpg"
+# A pipe that nobody writes to and a link to what is outside are no photos.
+mkfifo "$folder/photos/pipe.jpg"
+ln -s ../keys "$folder/photos/link.jpg"
+printf '%s\n' pipe.jpg a.jpg link.jpg >"$folder/odd"
+queue calm submit --job odd <"$folder/odd"
+start_worker odd calm "$folder/photos" "$folder/outputs"
+queue calm collect --results "$folder/odd_results" --dead "$folder/odd_dead" --expected 3 >/dev/null
+count_step "what is no plain file is a dead letter" documents codes_are "$folder/odd_dead" "file access" "file access"
+stop_worker TERM "$worker"
+
+# A photo that takes more seconds of a core than a worker may have: it ends every worker that has it.
+python3 -c 'import sys
+sys.path.insert(0, "tests/program")
+from files import png
+sys.stdout.buffer.write(png(12000, 12000, 1, lambda y: bytes(12000)))' >"$folder/photos/endless.jpg"
 printf '%s\n' a.jpg endless.jpg b.jpg >"$folder/endless"
 queue endless submit --job e <"$folder/endless"
 queue endless collect --results "$folder/endless_results" --dead "$folder/endless_dead" --expected 3 >/dev/null &
 collector=$!
-is_at_it() { documents is_at "$worker_log" endless.jpg || has_ended "$collector"; }
-for ((kills = 0; kills < 20; ++kills)); do
-    start_worker "endless.$kills" endless "$folder/photos" "$folder/outputs"
-    wait_until 20 is_at_it || break
-    stop_worker KILL "$worker"
+is_over() { has_ended "$worker" || has_ended "$collector"; }
+for ((ended = 0; ended < 20; ++ended)); do
+    seconds_of_core=1 start_worker "endless.$ended" endless "$folder/photos" "$folder/outputs"
+    wait_until 60 is_over || break
     ! has_ended "$collector" || break
+    stop_worker KILL "$worker" # which has ended, and is waited for
 done
-printf 'killed %d workers\n' "$kills"
+stop_worker KILL "$worker"
+printf '%d workers ended\n' "$ended"
 count_step "a photo that ends every worker is a dead letter" documents codes_are "$folder/endless_dead" delivery_limit
 count_step "after five of them" documents was_given_out 5 "$work"/endless.*.log
 count_step "and those beside it are converted" documents each_once "$folder/endless" "$folder/endless_results" "$folder/endless_dead"

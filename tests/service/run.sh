@@ -51,15 +51,18 @@ start_worker() {
     read -r port <<<"$(free_ports 1)"
     worker_log=$work/$1.log
     worker_address=http://127.0.0.1:$port
-    "$PROGRAMS/photo3d_worker" --broker "$broker_url" --queue "$2" --photos "$3" --outputs "$4" --http "127.0.0.1:$port" "${@:5}" \
-        >>"$worker_log" 2>>"$work/errors" &
+    (
+        ulimit -St "${seconds_of_core:-unlimited}"
+        exec "$PROGRAMS/photo3d_worker" --broker "$broker_url" --queue "$2" --photos "$3" --outputs "$4" --http "127.0.0.1:$port" \
+            "${@:5}"
+    ) >>"$worker_log" 2>>"$work/errors" &
     worker=$!
     workers[$worker]=$worker_log
 }
 
 # stop_worker SIGNAL PROCESS
 stop_worker() {
-    kill "-$1" "$2"
+    kill "-$1" "$2" 2>/dev/null || true
     wait "$2" 2>/dev/null || true
     unset "workers[$2]"
 }

@@ -112,8 +112,8 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     if (!target.has_filename())
         raise(error_code::invalid_option, target.empty() ? "output" : target.string(), "the name of a file",
               target.empty() ? "an empty name" : "the name of a folder");
-    const auto refused = [&](const std::string& what, int error_number) {
-        raise(error_code::file_access, target.string(), "a writable place", what + detail::system_reason(error_number));
+    const auto refused = [&](const std::string& found) {
+        raise(error_code::file_access, target.string(), "a writable place", found);
     };
     entry e;
     e.given = target;
@@ -122,7 +122,8 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
     if (there.type() == std::filesystem::file_type::none) detail::raise_system_error(failure.value(), target, "a writable place");
     if (std::filesystem::is_directory(there)) raise(error_code::file_access, target.string(), "a writable place", "a folder");
     const bool exists = std::filesystem::exists(there);
-    if (const int denied = exists ? detail::check_writable(target) : 0; denied != 0) refused("a protected file: ", denied);
+    if (const int denied = exists ? detail::check_writable(target) : 0; denied != 0)
+        refused("a protected file: " + detail::system_reason(denied));
     const bool is_device = exists && !std::filesystem::is_regular_file(there);
     e.place = is_device ? target : detail::follow_links(target);
     if (is_device) {
@@ -130,9 +131,9 @@ inline file_set::entry file_set::inspect(const std::filesystem::path& target) {
         return e;
     }
     const std::filesystem::path folder = e.place.parent_path();
-    if (!std::filesystem::is_directory(folder, failure)) refused("no folder " + folder.string() + ": ", ENOENT);
+    if (!std::filesystem::is_directory(folder, failure)) refused("no folder " + folder.string());
     if (const int denied = detail::check_writable(folder); denied != 0)
-        refused("the protected folder " + folder.string() + ": ", denied);
+        refused("the protected folder " + folder.string() + ": " + detail::system_reason(denied));
     if (exists && std::filesystem::hard_link_count(e.place, failure) > 1) e.put = way::overwrite;
     return e;
 }

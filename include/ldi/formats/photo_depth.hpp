@@ -128,6 +128,7 @@ void try_depth(photo_with_depth& result, const std::string& where, Read&& read) 
         if (std::none_of(map.begin(), map.end(), is_valid))
             raise(error_code::invalid_data, where, "at least one valid depth", "none");
     } catch (const error& e) {
+        if (e.code() == error_code::out_of_memory) throw;  // the same may succeed later
         result.depth.reset();
         result.refused = e.what();
     }

@@ -1,6 +1,7 @@
 // Writes pictures: JPEG for the atlas, PNG for everything whose values must come back as they were.
 #pragma once
 
+#include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/formats/detail/stb_image_write.hpp>
@@ -59,8 +60,11 @@ std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 f
     description.format = format;
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one pass of compression is enough
     std::vector<std::byte> bytes(size);
-    if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0)
+    if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0) {
+        for (const char* const said : {"insufficient memory", "out of memory"})
+            if (std::strstr(description.message, said) != nullptr) out_of_memory();
         too_large(description.message);
+    }
     bytes.resize(size);
     bytes.shrink_to_fit();
     return bytes;

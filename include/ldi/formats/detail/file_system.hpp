@@ -40,6 +40,7 @@ inline bool may_pass(int error_number) {
         case ENOSPC:
         case EIO:
         case ENOMEM:
+        case EPIPE:
         case EMFILE:
         case ENFILE:
         case EAGAIN:
@@ -54,7 +55,7 @@ inline bool may_pass(int error_number) {
 
 [[noreturn]] inline void raise_system_error(int error_number, const std::filesystem::path& where, std::string_view expected) {
     raise(may_pass(error_number) ? error_code::unavailable : error_code::file_access, where.string(), expected,
-          system_reason(error_number));
+          error_number == ENOENT ? "no such file" : "an error: " + system_reason(error_number));
 }
 
 /// errno after a failure, which functions below return: never 0.
@@ -77,6 +78,9 @@ class file_handle {
 public:
     file_handle() = default;
     file_handle(const std::filesystem::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC)) {}
+    /// In a folder.
+    file_handle(const file_handle& folder, const std::filesystem::path& name, int flags)
+        : number_(::openat(folder.number_, name.c_str(), flags | O_CLOEXEC)) {}
     file_handle(file_handle&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
     file_handle& operator=(file_handle&& other) noexcept {
         std::swap(number_, other.number_);

@@ -47,10 +47,10 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
         picture.samples.reset(stb::stbi_load_16_from_memory(data, size, &width, &height, &channels, 0));
     if (!picture.samples) {
         if (growth.was_exceeded()) damaged(header.format, where, "more data than its picture has");
-        // It gives no reason where its memory ran out in some places.
+        // Where its memory ran out, it gives no reason in some places, and in others does not recognize the file.
         const char* const stated = stb::stbi_failure_reason();
         const std::string_view reason = stated == nullptr ? "outofmem" : stated;
-        if (reason == "outofmem" || reason == "too large")
+        if (reason == "outofmem" || reason == "unknown image type" || reason == "too large")
             raise(reason == "too large" ? error_code::too_large : error_code::out_of_memory, where, "memory for a picture",
                   std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
         damaged(header.format, where, std::string(reason));

@@ -4,9 +4,9 @@
 
 #include <ldi/formats/detail/file_system.hpp>
 
-#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <random>
 #include <string>
 #include <system_error>
@@ -75,14 +75,13 @@ inline staging_folder make_staging_folder(const std::filesystem::path& beside, b
     }
 }
 
-/// Keeps others out of the folders that files are put into, who put several there, too: so files of one set stay together. In an
-/// order of their own, so that no two wait for each other.
+/// Keeps out other processes that put several files into the same folders, so that files of one set stay together. Each folder is
+/// locked once, whatever its names, and all processes lock in the same order, so that nobody waits forever.
 inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& stagings) {
-    std::vector<std::filesystem::path> folders;
-    for (const staging_folder& staging : stagings) folders.push_back(staging.beside);
-    std::sort(folders.begin(), folders.end());
+    std::map<std::string, std::filesystem::path> folders;
+    for (const staging_folder& staging : stagings) folders.emplace(file_identity(staging.beside), staging.beside);
     std::vector<folder_lock> locks;
-    for (const std::filesystem::path& folder : folders) locks.emplace_back(folder, true);
+    for (const auto& [identity, folder] : folders) locks.emplace_back(folder, true);
     return locks;
 }
 

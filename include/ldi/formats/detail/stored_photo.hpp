@@ -42,4 +42,13 @@ inline decoded_picture<std::uint8_t> allocate_picture(std::size_t height, std::s
     return picture;
 }
 
+/// Raises out_of_memory where there is not so much memory now. For libraries that call a lack of it damage, or wait forever for
+/// threads that could not start.
+inline void require_memory(std::size_t bytes, const std::string& where) {
+    void* volatile const probe = std::malloc(bytes);  // volatile: else compilers leave it out
+    if (probe == nullptr)
+        raise(error_code::out_of_memory, where, "memory for decoding, " + std::to_string(bytes / 1'000'000) + " MB", "less");
+    std::free(probe);
+}
+
 }  // namespace ldi::detail

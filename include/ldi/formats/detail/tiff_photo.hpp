@@ -161,6 +161,7 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
         photo.profile.icc.assign(first, first + count);
     }
     photo.picture = allocate_picture(height, width, 4, where);
+    require_memory(8 * std::size_t{width} * height, where);
     std::uint8_t* const samples = photo.picture.samples.get();
     if (TIFFReadRGBAImageOriented(file.get(), width, height, reinterpret_cast<std::uint32_t*>(samples), ORIENTATION_TOPLEFT, 1) ==
         0)

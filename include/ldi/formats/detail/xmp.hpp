@@ -34,7 +34,10 @@ public:
         take(packet, budget, where);
         documents_.push_back(std::make_unique<pugi::xml_document>());
         pugi::xml_document& document = *documents_.back();
-        document.load_buffer(packet.data(), packet.size(), pugi::parse_minimal | pugi::parse_escapes | pugi::parse_cdata);
+        const pugi::xml_parse_result parsed =
+            document.load_buffer(packet.data(), packet.size(), pugi::parse_minimal | pugi::parse_escapes | pugi::parse_cdata);
+        if (parsed.status == pugi::status_out_of_memory)
+            raise(error_code::out_of_memory, "XMP", "memory for " + std::to_string(packet.size()) + " bytes", "less");
         structure_walker walker(*this);
         document.traverse(walker);
     }

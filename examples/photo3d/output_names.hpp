@@ -1,0 +1,64 @@
+// The files that the photos of a batch become, so that no two become the same one, by whatever name.
+#pragma once
+
+#include "outputs.hpp"
+
+#include <ldi/base/error.hpp>
+#include <ldi/formats/detail/file_system.hpp>
+#include <ldi/formats/file_set.hpp>
+
+#include <unistd.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <system_error>
+#include <unordered_set>
+
+namespace ldi::examples {
+
+class output_names {
+public:
+    /// Raises invalid_option for a file that is claimed already: of the same path, through links to it or to a folder of it, as
+    /// another name of one file (a hard link), or in other letters in a folder that does not tell small from capital ones. Also
+    /// for a link to a file of another kind, which may be a photo of the batch.
+    void claim(const std::filesystem::path& output) {
+        const std::filesystem::path place = ldi::detail::follow_links(std::filesystem::absolute(output).lexically_normal());
+        std::error_code unknown;
+        if (std::filesystem::is_regular_file(place, unknown) && extension_of(place) != extension_of(output))
+            raise(error_code::invalid_option, output.string(), "a " + extension_of(output) + " file",
+                  "a link to " + place.string());
+        const bool may_be_new_in_small_letters = add(in_small_letters(place) + "/");
+        bool is_new = add(place.string()) && (may_be_new_in_small_letters || !tells_no_case(place.parent_path()));
+        if (is_new && std::filesystem::hard_link_count(place, unknown) > 1 && !unknown)
+            is_new = add(ldi::detail::file_identity(place));
+        if (!is_new)
+            raise(error_code::invalid_option, output.string(), "a file of its own", "that of another photo of the batch");
+    }
+
+private:
+    bool add(const std::string& name) { return taken_.insert(std::hash<std::string>()(name)).second; }
+
+    static std::string in_small_letters(const std::filesystem::path& place) {
+        std::string name = place.filename().string();
+        for (char& c : name)
+            if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+        return (place.parent_path() / name).string();
+    }
+
+    /// Tries it, with a file that it removes.
+    static bool tells_no_case(const std::filesystem::path& folder) {
+        const std::filesystem::path small = folder / (".ldi-case-" + std::to_string(::getpid()) + ".tmp"),
+                                    capital = folder / (".ldi-CASE-" + std::to_string(::getpid()) + ".tmp");
+        std::error_code failed;
+        if (ldi::detail::write_bytes(small, {}) != 0) return false;
+        const bool result = std::filesystem::exists(capital, failed);
+        std::filesystem::remove(small, failed);
+        return result;
+    }
+
+    std::unordered_set<std::size_t> taken_;  // hashes
+};
+
+}  // namespace ldi::examples

@@ -1,0 +1,36 @@
+#include <examples/photo3d/unknown_option.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <string>
+#include <vector>
+
+namespace {
+
+std::string said_of(std::vector<std::string> words) {
+    CLI::App app;
+    bool flag = false;
+    std::string text;
+    app.add_flag("--compress", flag);
+    app.add_option("-o,--output", text);
+    std::vector<char*> values;
+    words.insert(words.begin(), "program");
+    for (std::string& word : words) values.push_back(word.data());
+    return ldi::examples::unknown_option(app, static_cast<int>(values.size()), values.data());
+}
+
+}  // namespace
+
+TEST_CASE("an unknown option is named, with the nearest one that there is") {
+    CHECK(said_of({"--hlep"}) == "unknown option --hlep; did you mean --help?");
+    CHECK(said_of({"a.jpg", "--compres=3"}) == "unknown option --compres; did you mean --compress?");
+    CHECK(said_of({"--ouptut", "a"}) == "unknown option --ouptut; did you mean --output?");
+    CHECK(said_of({"--nothing-like-it"}) == "unknown option --nothing-like-it");
+    CHECK(said_of({"-x"}) == "unknown option -x");
+    CHECK(said_of({"--" + std::string(100'000, 'x')}).size() < 100);
+}
+
+TEST_CASE("options that there are, numbers and names are not called unknown") {
+    CHECK(said_of({"--output", "a", "-o", "-", "-ob", "--compress", "-5", "-.5", "a.jpg"}).empty());
+    CHECK(said_of({"--", "--hlep"}).empty());
+}
