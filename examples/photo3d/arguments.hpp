@@ -161,7 +161,8 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
     app.add_option(
            "--motion", a.motion,
            "how far a camera may move what is nearest against what is farthest, as a share of the long side: surfaces grow "
-           "behind silhouettes for as much. Videos, headsets and scrolling into a page use all of it; sideways a page moves as far "
+           "behind silhouettes for as much. Videos, headsets and scrolling into a page use all of it; sideways a page moves as "
+           "far "
            "as its frame hides, at most 5.1 % of the short side")
         ->check(between(0, 0.3))
         ->capture_default_str();

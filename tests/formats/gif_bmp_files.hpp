@@ -46,8 +46,8 @@ inline byte_string gif_file(const image<std::uint8_t>& picture, const gif_writin
     }
     std::vector<std::uint32_t> rows;
     for (const auto& [begin, step] : writing.interlaced
-                                        ? std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 8}, {4, 8}, {2, 4}, {1, 2}}
-                                        : std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}})
+                                         ? std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 8}, {4, 8}, {2, 4}, {1, 2}}
+                                         : std::vector<std::pair<std::uint32_t, std::uint32_t>>{{0, 1}})
         for (std::uint32_t y = begin; y < height; y += step) rows.push_back(y);
     byte_string bits;
     unsigned waiting = 0, waiting_bits = 0, count = 0;

@@ -1,5 +1,5 @@
-// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi: in a namespace of their own and with internal linkage, so that they
-// neither clash with the copy inside libtinygltf nor with one that the including program has, before or after this header.
+// stb_image's decoders of JPEG, PNG, GIF and BMP, private to ldi: in a namespace of their own and with internal linkage, so that
+// they neither clash with the copy inside libtinygltf nor with one that the including program has, before or after this header.
 #pragma once
 #pragma GCC system_header
 
