@@ -25,17 +25,6 @@ MIN_PIXELS = 200, 500  # of a composite, of a photograph
 MIN_ISLAND = 24
 
 
-def read_weights(path):
-    """(network, what rounds its values) of a checkpoint or an exported file"""
-    if path.endswith(".safetensors"):
-        import export
-        net, ranges = export.network_of(path)
-        return net, quantize.rounding(ranges)
-    state = torch.load(path)
-    net = quantize.network_of(path)
-    return net, quantize.rounding(state["ranges"]) if state.get("ranges") else lambda name, value: value
-
-
 @torch.no_grad()
 def alpha_of(net, observe, band, photo, estimated):
     """(share of the front, probability that its side is right), each H x W"""
@@ -201,7 +190,7 @@ def main():
     a = p.parse_args()
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
-    net, observe = read_weights(a.weights)
+    net, observe = quantize.in_bytes(*quantize.network_of(a.weights))
     depth = bands.Depth(a.depth, a.student)
     if a.photos:
         of_composites(a, net, observe, depth)

@@ -4,7 +4,7 @@
 
 The file holds the convolutions of model.LAYERS, NAME.weight (out x in x 3 x 3) and NAME.bias, as float16, normalization folded in, and for
 8-bit arithmetic input.range and NAME.range of every tensor that a layer reads. A checkpoint that was trained with rounded values brings its
-ranges along, and its weights are written rounded to 7 bits (which float16 preserves); for others DATA, a folder of prepare.py, gives the ranges.
+ranges along; for others DATA, a folder of prepare.py, gives them. Weights are not rounded: the library does that, and training can go on.
 """
 import argparse
 import hashlib
@@ -12,6 +12,7 @@ import json
 import os
 import sys
 
+import cv2
 import numpy as np
 import torch
 
@@ -21,22 +22,7 @@ import model
 import quantize
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from weight_files import read_safetensors, write_safetensors  # noqa: E402
-
-
-def network_of(path):
-    """(network, ranges) of an exported file: how to read such a file, in Python"""
-    tensors, _ = read_safetensors(path)
-    net = model.Silhouettes().eval()
-    for layer, (name, *_) in zip(net.layers, model.LAYERS):
-        weight, bias = (torch.from_numpy(tensors[f"{name}.{part}"].astype(np.float32)) for part in ("weight", "bias"))
-        layer.weight, layer.bias, layer.norm = torch.nn.Parameter(weight), torch.nn.Parameter(bias), None
-    ranges = {name[:-len(".range")]: tuple(values.tolist()) for name, values in tensors.items() if name.endswith(".range")}
-    with quantize.rounded_weights(net, ranges):
-        rounded = [layer.weight.detach() for layer in net.layers]
-    for layer, weight in zip(net.layers, rounded):
-        layer.weight = torch.nn.Parameter(weight)
-    return net, ranges
+from weight_files import write_safetensors  # noqa: E402
 
 
 def architecture():
@@ -59,10 +45,10 @@ def provenance(folder, state, note):
 
 def example_scene():
     """(photo, estimate, prepared disparity) of a made-up scene of odd size: a tilted foreground with a hole and a second one, smooth colors."""
-    height, width = 117, 143
+    height, width = 93, 107
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-    first = ((x - 55) ** 2 + (y - 60) ** 2 < 38 ** 2) & ((x - 50) ** 2 + (y - 50) ** 2 > 9 ** 2)
-    second = (np.abs(x - 105) < 12) & (y > 30)
+    first = ((x - 42) ** 2 + (y - 48) ** 2 < 30 ** 2) & ((x - 38) ** 2 + (y - 42) ** 2 > 8 ** 2)
+    second = (np.abs(x - 80) < 9) & (y > 25)
     photo = np.stack([127 + 90 * np.sin(x / 7 + y / 19), 127 + 80 * np.cos(x / 13 - y / 5), 100 + x], -1)
     photo[first] = np.stack([60 + y, 200 - x, 90 + 60 * np.sin(x * y / 300)], -1)[first]
     photo[second] = np.stack([230 - y, 40 + x, 0 * x + 70], -1)[second]
@@ -71,23 +57,21 @@ def example_scene():
         a, b = np.roll(first, shift, 1), np.roll(second, shift, 0)
         return np.where(b, 0.75 + 0.001 * y, np.where(a, 0.5 + 0.0007 * x, 0.15 + 0.0005 * y)).astype(np.float32)
 
-    import cv2
-    estimated = cv2.GaussianBlur(cv2.resize(disparity(3), (64, 52), interpolation=cv2.INTER_AREA), (0, 0), 1.5)
+    estimated = cv2.GaussianBlur(cv2.resize(disparity(3), (48, 42), interpolation=cv2.INTER_AREA), (0, 0), 1.5)
     return photo.clip(0, 255).astype(np.uint8), estimated, disparity(2)
 
 
 def write_example(path, weights):
-    net, ranges = network_of(weights)
+    net, observe = quantize.in_bytes(*quantize.network_of(weights))
     photo, estimated, prepared = example_scene()
     band = bands.Band(prepared)
     x = bands.quantized(band.features(photo, estimated))
     region = torch.from_numpy(band.region[None, None].astype(np.float32))
     with torch.no_grad():
-        logits = net(model.padded((torch.from_numpy(x[None]).float() - 128) / 127), model.padded(region), quantize.rounding(ranges))
+        logits = net(model.padded((torch.from_numpy(x[None]).float() - 128) / 127), model.padded(region), observe)
     logits = logits[0, :, :photo.shape[0], :photo.shape[1]].numpy() * band.region
     write_safetensors(path, {
-        "photo": photo, "estimate": estimated, "prepared": prepared, "distance": np.minimum(band.distance, 999).astype(np.float32),
-        "front": band.front, "back": band.back, "input": x, "logits": logits.astype(np.float32)},
+        "photo": photo, "estimate": estimated, "prepared": prepared, "input": x, "logits": logits.astype(np.float32)},
         {"format": "ldi", "name": "silhouettes example", "weights": os.path.basename(weights),
          "layout": "photo, maps: row,column[,channel]; input, logits: channel,row,column; logits 0 outside the region"})
 
@@ -101,17 +85,15 @@ def main():
     p.add_argument("--note", default="", help="goes into the provenance: licenses, say")
     p.add_argument("--example", help="also write a small input and the output that belongs to it, as safetensors, to test readers with")
     a = p.parse_args()
-    state, net = torch.load(a.checkpoint), quantize.network_of(a.checkpoint)
-    ranges = state.get("ranges")
+    state, (net, ranges) = torch.load(a.checkpoint), quantize.network_of(a.checkpoint)
     if not ranges:
         import train
         crops = train.Crops([a.data])
         ranges = quantize.value_ranges(net, [crops.batch(np.random.default_rng(5), 32) for _ in range(20)])
     tensors = {}
-    with quantize.rounded_weights(net, ranges):
-        for layer, (name, *_) in zip(net.layers, model.LAYERS):
-            tensors[name + ".weight"] = layer.weight.detach().contiguous().numpy().astype(np.float16)
-            tensors[name + ".bias"] = layer.bias.detach().numpy().astype(np.float16)
+    for layer, (name, *_) in zip(net.layers, model.LAYERS):
+        tensors[name + ".weight"] = layer.weight.detach().contiguous().numpy().astype(np.float16)
+        tensors[name + ".bias"] = layer.bias.detach().numpy().astype(np.float16)
     tensors |= {name + ".range": np.array(ends, np.float32) for name, ends in ranges.items()}
     write_safetensors(a.out, tensors, {"format": "ldi", "name": "silhouettes", "architecture": json.dumps(architecture()),
                                        "provenance": json.dumps(provenance(a.photos, state, a.note))})
@@ -120,12 +102,11 @@ def main():
     x = (torch.from_numpy(bands.quantized(band.features(photo, estimated))[None]).float() - 128) / 127
     region = torch.from_numpy(band.region[None, None].astype(np.float32))
     with torch.no_grad():
-        floats, bytes_ = net(model.padded(x), model.padded(region)), None
-        written, ranges = network_of(a.out)
-        bytes_ = written(model.padded(x), model.padded(region), quantize.rounding(ranges))
-    inside = model.padded(region) > 0
-    difference = (torch.sigmoid(floats[:, :1]) - torch.sigmoid(bytes_[:, :1]))[inside].abs()
-    print(f"{a.out}: {os.path.getsize(a.out)} bytes; alpha differs from the trained network's by {difference.mean():.4f} on average, "
+        before = net(model.padded(x), model.padded(region))
+        written, observe = quantize.in_bytes(*quantize.network_of(a.out))
+        after = written(model.padded(x), model.padded(region), observe)
+    difference = (torch.sigmoid(before[:, :1]) - torch.sigmoid(after[:, :1]))[model.padded(region) > 0].abs()
+    print(f"{a.out}: {os.path.getsize(a.out)} bytes; in 8 bits alpha differs from the checkpoint's in floats by {difference.mean():.4f} on average, "
           f"by {difference.max():.4f} at most")
     if a.example:
         write_example(a.example, a.out)

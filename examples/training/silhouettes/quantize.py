@@ -1,11 +1,16 @@
 """8-bit arithmetic as the library computes it (include/ldi/nn/ldi/convolution.hpp): values of 8 bits with one range per tensor, weights of
 7 bits with one scale per output. For training with it, and for ranges in the exported file."""
 import contextlib
+import os
+import sys
 
 import torch
 
-from model import LAYERS, Silhouettes
 import composites
+from model import LAYERS, Silhouettes
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from weight_files import read_safetensors  # noqa: E402
 
 LARGEST_WEIGHT = 63
 INPUT_RANGE = (-128 / 127, 1.0)  # in steps of 1 / 127
@@ -25,9 +30,17 @@ class Round(torch.autograd.Function):
 
 
 def network_of(path):
-    """The average of a checkpoint, normalization folded in."""
-    state = torch.load(path)
+    """(network, ranges or none) of an exported file, or of the average of a checkpoint: normalization folded in, weights not rounded"""
     net = Silhouettes()
+    if path.endswith(".safetensors"):
+        for layer in net.layers:
+            layer.fold()
+        tensors = {name: torch.from_numpy(t.astype("float32")) for name, t in read_safetensors(path)[0].items()}
+        ranges = {name[:-len(".range")]: tuple(t.tolist()) for name, t in tensors.items() if name.endswith(".range")}
+        for layer, (name, *_) in zip(net.layers, LAYERS):
+            layer.load_state_dict({part: tensors[f"{name}.{part}"] for part in ("weight", "bias")})
+        return net.eval(), ranges
+    state = torch.load(path)
     if state.get("ranges"):
         for layer in net.layers:
             layer.fold()
@@ -36,7 +49,18 @@ def network_of(path):
     for layer in net.layers:
         if layer.norm is not None:
             layer.fold()
-    return net
+    return net, state.get("ranges")
+
+
+def in_bytes(net, ranges):
+    """(the network with rounded weights, what rounds its values): what the library computes; both as they are where there are no ranges"""
+    if not ranges:
+        return net, lambda name, value: value
+    with rounded_weights(net, ranges):
+        rounded = [layer.weight.detach() for layer in net.layers]
+    for layer, weight in zip(net.layers, rounded):
+        layer.weight = torch.nn.Parameter(weight)
+    return net, rounding(ranges)
 
 
 def rounding(ranges):

@@ -175,7 +175,7 @@ def arguments():
     p.add_argument("--data", required=True, action="append", help="folder of prepare.py; may be given several times")
     p.add_argument("--held-out", required=True, help="another, of photographs that training never sees")
     p.add_argument("--out", required=True, help="folder for checkpoints and log")
-    p.add_argument("--quantize", help="begin with this checkpoint, and train with values and weights rounded to 8 bits")
+    p.add_argument("--quantize", help="begin with this checkpoint or exported file, and train with values and weights rounded to 8 bits")
     p.add_argument("--batch", type=int, default=16, help="crops per step")
     p.add_argument("--rate", type=float, default=2e-3, help="learning rate")
     p.add_argument("--threads", type=int, default=1)
@@ -195,14 +195,15 @@ def main():
 
     crops, held_out = Crops(a.data), Crops([a.held_out])
     validation = [tensors(f[i:i + 32]) for f in held_out.files.values() for i in range(0, len(f), 32)][:16]
-    checkpoint, ranges = path("checkpoint.pt"), None
+    checkpoint, start_from, ranges = path("checkpoint.pt"), None, None
     if a.quantize:
-        ranges = quantize.value_ranges(quantize.network_of(a.quantize), [crops.batch(np.random.default_rng(5), 32) for _ in range(20)])
+        start_from, ranges = quantize.network_of(a.quantize)
+        ranges = ranges or quantize.value_ranges(start_from, [crops.batch(np.random.default_rng(5), 32) for _ in range(20)])
     run = Run(a.rate, not a.float32, ranges)
     if os.path.exists(checkpoint):
         run.load(checkpoint)
-    elif a.quantize:
-        run.net.load_state_dict(quantize.network_of(a.quantize).state_dict())
+    elif start_from is not None:
+        run.net.load_state_dict(start_from.state_dict())
         run.average.load_state_dict(run.net.state_dict())
     rng = np.random.default_rng([7, run.step])
     weights, products = run.net.cost()
