@@ -5,6 +5,7 @@
 #include <ldi/core/image.hpp>
 #include <ldi/mesh/move_to_sheets.hpp>
 #include <ldi/photo3d.hpp>
+#include <ldi/render/gap_colors.hpp>
 #include <ldi/render/rasterizer.hpp>
 #include <ldi/texture/sheets.hpp>
 
@@ -16,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace ldi::examples {
@@ -65,14 +67,15 @@ public:
         for (std::size_t i = 1; i < count(); ++i) use(i, sheet(i, threads));
     }
 
-    /// The 3D photo from somewhere, with as much of the texture as a picture of that size shows.
+    /// The 3D photo from somewhere, with as much of the texture as a picture of that size shows. Gaps and what lies past the
+    /// photo's border show the farthest surfaces around them, continued.
     template <executor Executor>
-    rendering draw(const view& from, const raster_options& options, Executor& threads) {
-        if (!layout_ || (from.camera.width <= made_.layers.camera.width && from.camera.height <= made_.layers.camera.height))
-            return rasterize(made_.mesh, made_.atlas.color, from, options, threads);
-        if (drawn_.empty())
-            for_each([&](std::size_t, const image<std::uint8_t>& picture) { drawn_.push_back(picture); }, threads);
-        return rasterize(on_sheets_, drawn_, from, options, threads);
+    rendering draw(const view& from, raster_options options, Executor& threads) {
+        rendering seen = draw_surfaces(from, options, threads);
+        if (!has_gaps(seen)) return seen;
+        const image<std::uint8_t> backdrop = gap_colors(std::move(seen));
+        options.backdrop = backdrop;
+        return draw_surfaces(from, options, threads);
     }
 
     /// The camera that took the photo, with as many pixels as are shown.
@@ -84,6 +87,15 @@ public:
     }
 
 private:
+    template <executor Executor>
+    rendering draw_surfaces(const view& from, const raster_options& options, Executor& threads) {
+        if (!layout_ || (from.camera.width <= made_.layers.camera.width && from.camera.height <= made_.layers.camera.height))
+            return rasterize(made_.mesh, made_.atlas.color, from, options, threads);
+        if (drawn_.empty())
+            for_each([&](std::size_t, const image<std::uint8_t>& picture) { drawn_.push_back(picture); }, threads);
+        return rasterize(on_sheets_, drawn_, from, options, threads);
+    }
+
     template <executor Executor>
     image<std::uint8_t> sheet(std::size_t i, Executor& threads) const {
         return draw_sheet(*layout_, i, made_.charts, made_.atlas, made_.photo, photo_, threads);

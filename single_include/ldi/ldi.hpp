@@ -18497,6 +18497,416 @@ private:
 
 }  // namespace ldi::detail
 
+// ---- ldi/render/rasterizer.hpp
+// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
+// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
+// pixels.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+struct raster_options {
+    std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
+    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
+    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
+    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
+    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: seen through holes in its place (gap_colors())
+};
+
+struct rendering {
+    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
+    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
+    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
+};
+
+/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
+/// edges are laid over what is behind them, and neither have depth nor cover anything.
+///
+/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
+///           repeat the rim
+/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
+/// view (the larger side times samples may be 2^19).
+template <executor Executor = const serial_executor>
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
+                    const raster_options& options = {}, Executor&& threads = {});
+
+/// The same of a mesh with one texture.
+template <executor Executor = const serial_executor>
+rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
+                    const raster_options& options = {}, Executor&& threads = {}) {
+    return rasterize(mesh, std::span(&texture, 1), from, options, threads);
+}
+
+namespace detail {
+
+template <class Mesh>
+void check_triangles(const Mesh& mesh) {
+    const std::size_t count = mesh.vertex_count();
+    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
+        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
+              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
+                  std::to_string(mesh.triangles.size()) + " numbers");
+    for (const std::uint32_t vertex : mesh.triangles)
+        if (vertex >= count)
+            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
+                  "vertex " + std::to_string(vertex));
+    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
+        for (const float value : *values)
+            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
+}
+
+inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
+    check_triangles(mesh);
+    check_triangles(mesh.soft_edges);
+    check_parts(mesh, textures.size());
+    for (const image<std::uint8_t>& texture : textures) {
+        if (texture.channels() == 3 && texture.size() > 0) continue;
+        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
+              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
+                  std::to_string(texture.channels()));
+    }
+}
+
+inline void check_raster_options(const view& from, const raster_options& options) {
+    if (options.samples < 1 || options.samples > 8)
+        raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
+    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", detail::to_text(options.z_near));
+    const pinhole_camera& camera = from.camera;
+    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
+        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + detail::to_text(camera.focal_length));
+    const std::int32_t limit = 524288 / options.samples;
+    if (camera.width > limit || camera.height > limit)
+        raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
+              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const image_view<const std::uint8_t>& backdrop = options.backdrop;
+    if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
+                              backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))
+        raise(error_code::mismatch, "backdrop", "the view's size and 3 channels",
+              std::to_string(backdrop.height()) + " x " + std::to_string(backdrop.width()) + " x " +
+                  std::to_string(backdrop.channels()));
+}
+
+/// u, v  texture coordinates
+inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
+    const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
+    const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
+    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
+    const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
+    const float tx = static_cast<float>(x - nearest_double(x0)), ty = static_cast<float>(y - nearest_double(y0));
+    const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
+    std::array<std::uint8_t, 3> result{};
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float above = upper[3 * x0 + c] * (1 - tx) + upper[3 * x1 + c] * tx;
+        const float below = lower[3 * x0 + c] * (1 - tx) + lower[3 * x1 + c] * tx;
+        result[c] = rounded_mean(above * (1 - ty) + below * ty);
+    }
+    return result;
+}
+
+/// The samples of a few rows of pixels.
+struct sample_band {
+    std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
+    buffer<float> inverse_depth;                          ///< 0 where nothing is
+    buffer<std::array<std::uint8_t, 3>> color;
+
+    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across, const raster_options& options)
+        : first_row(rows.first), last_row(rows.second), width(samples_across) {
+        inverse_depth.assign(static_cast<std::size_t>((last_row - first_row) * width), 0.0F);
+        color.assign(inverse_depth.size(), options.background);
+        if (options.backdrop.empty()) return;
+        std::int64_t i = 0;
+        for (std::int64_t y = first_row; y < last_row; ++y)
+            for (std::int64_t x = 0; x < width; ++x, ++i)
+                std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
+    }
+
+    /// shade(u, v)  the color at texture coordinates
+    template <class Shade>
+    void draw(const screen_triangle& t, Shade&& shade) {
+        const screen_values values(t);
+        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+            std::int64_t i = (y - first_row) * width + first;
+            for (std::int64_t x = first; x < last; ++x, ++i) {
+                const float here = static_cast<float>(values.inverse_depth(x, y));
+                if (here <= inverse_depth[i]) continue;
+                inverse_depth[i] = here;
+                color[i] = shade(values.u(x, y), values.v(x, y));
+            }
+        });
+    }
+
+    /// Lays a translucent triangle over what is farther.
+    template <class Shade>
+    void blend(const screen_triangle& t, Shade&& shade) {
+        const translucent_values values(t);
+        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
+            std::int64_t i = (y - first_row) * width + first;
+            for (std::int64_t x = first; x < last; ++x, ++i) {
+                if (static_cast<float>(values.inverse_depth(x, y)) <= inverse_depth[i]) continue;
+                const float opacity = values.opacity(x, y);
+                const std::array<std::uint8_t, 3> over = shade(values.u(x, y), values.v(x, y));
+                for (std::size_t c = 0; c < 3; ++c)
+                    color[i][c] = rounded_mean(opacity * nearest_float(over[c]) + (1 - opacity) * nearest_float(color[i][c]));
+            }
+        });
+    }
+
+    /// n  samples per pixel and axis
+    void resolve(std::int64_t n, rendering& result) const {
+        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
+            for (std::int64_t x = 0; x < width / n; ++x) {
+                std::array<std::int64_t, 3> sum{};
+                std::int64_t covered = 0;
+                float nearest = 0;
+                for (std::int64_t j = 0; j < n; ++j)
+                    for (std::int64_t i = 0; i < n; ++i) {
+                        const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
+                        for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
+                        covered += inverse_depth[sample] > 0 ? 1 : 0;
+                        nearest = (std::max)(nearest, inverse_depth[sample]);
+                    }
+                for (std::size_t c = 0; c < 3; ++c)
+                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+                result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
+                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
+            }
+    }
+};
+
+/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
+struct vertical_extent {
+    std::int64_t top = 0, bottom = -1;
+};
+
+/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
+inline constexpr std::int64_t rows_per_band = 16;
+
+/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
+struct band_lists {
+    buffer<std::size_t> start;
+    buffer<std::int32_t> list;
+
+    /// extent(i)  the vertical_extent of thing i, of `count`
+    template <class Extent>
+    band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
+        : rows_(rows), band_rows_(band_rows) {
+        start.assign(static_cast<std::size_t>((rows + band_rows - 1) / band_rows) + 1, 0);
+        const auto for_each_band = [&](std::int32_t i, auto&& visit) {
+            const std::int64_t size = band_rows * subsample_steps, last_band = start.count() - 2;
+            const vertical_extent e = extent(i);
+            if (e.top > e.bottom) return;
+            const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
+            const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
+            for (std::int64_t b = first; b <= last; ++b) visit(b);
+        };
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { ++start[b + 1]; });
+        for (std::size_t b = 0; b < band_count(); ++b) start[b + 1] += start[b];
+        list.resize(start.back());
+        buffer<std::size_t> next = start;
+        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { list[next[b]++] = i; });
+    }
+
+    std::size_t band_count() const { return start.size() - 1; }
+    /// The rows [first, second) of a band.
+    std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
+        const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
+        return {first, (std::min)(first + band_rows_, rows_)};
+    }
+
+private:
+    std::int64_t rows_, band_rows_;
+};
+
+/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
+/// things.
+///
+/// extent(i)      the vertical_extent of thing i
+/// draw(i, band)  draws it
+template <executor Executor, class Extent, class Draw>
+rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
+                        Draw&& draw, Executor& threads) {
+    const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
+    rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
+    const std::int64_t samples = options.samples;
+    const band_lists lists(count, extent, camera.height * samples, rows_per_band * samples);
+    parallel_for(threads, lists.band_count(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t b = first; b < last; ++b) {
+            sample_band band(lists.rows_of(b), camera.width * samples, options);
+            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
+            band.resolve(options.samples, result);
+        }
+    });
+    return result;
+}
+
+}  // namespace detail
+
+template <executor Executor>
+rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
+                    const raster_options& options, Executor&& threads) {
+    detail::check_drawable(mesh, textures);
+    detail::check_raster_options(from, options);
+    buffer<detail::screen_triangle> triangles;
+    triangles.reserve(mesh.triangle_count());
+    const detail::projection projection(from, options.samples, options.z_near);
+    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
+    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
+        for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
+            projection.append(mesh, i, options.both_sides, triangles);
+        last_of_part.push_back(triangles.count());
+    }
+    const std::int32_t opaque = triangles.count();
+    const soft_edge_strip& strip = mesh.soft_edges;
+    for (std::size_t i = 0; i < strip.triangles.size() / 3; ++i) projection.append(strip, i, options.both_sides, triangles);
+
+    return detail::draw_in_bands(
+        from.camera, options, triangles.count(),
+        [&](std::int32_t i) {
+            const detail::screen_triangle& t = triangles[i];
+            return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
+        },
+        [&](std::int32_t i, detail::sample_band& band) {
+            const std::size_t part =
+                i < opaque ? static_cast<std::size_t>(std::upper_bound(last_of_part.begin(), last_of_part.end(), i) -
+                                                      last_of_part.begin())
+                           : 0;
+            const auto shade = [&](double u, double v) { return detail::bilinear(textures[part], u, v); };
+            if (i < opaque)
+                band.draw(triangles[i], shade);
+            else
+                band.blend(triangles[i], shade);
+        },
+        threads);
+}
+
+}  // namespace ldi
+
+// ---- ldi/render/gap_colors.hpp
+// Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
+// continued instead of a background color.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Whether the background is seen anywhere.
+inline bool has_gaps(const rendering& seen) {
+    return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
+}
+
+/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
+/// Of a gap inside the picture only the farther half of the outline's disparities counts; one that reaches the picture's edge
+/// lies past the photo's border, where near surfaces go on, too. For raster_options::backdrop. Without a covered pixel all are
+/// black.
+inline image<std::uint8_t> gap_colors(rendering seen);
+
+// ------------------------------------------------------------------------------------------------------------------------
+
+namespace detail {
+
+class gap_filler {
+public:
+    explicit gap_filler(rendering& seen) : seen_(seen) {}
+
+    void fill() {
+        find_gaps();
+        find_outlines();
+        diffuse();
+    }
+
+private:
+    struct cell {
+        std::size_t place;
+        std::int32_t above;  // the cell there, no_cell where none is
+    };
+    struct outline {
+        float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // inverse depths
+    };
+    static constexpr std::int32_t no_cell = -1;
+
+    std::size_t width() const { return seen_.color.width(); }
+    bool is_gap(std::size_t place) const { return seen_.coverage.data()[place] < 255; }
+    bool has_left(std::size_t place) const { return place % width() > 0 && is_gap(place - 1); }
+    bool is_at_edge(std::size_t place) const {
+        const std::size_t x = place % width();
+        return x == 0 || x + 1 == width() || place < width() || place + width() >= seen_.coverage.size();
+    }
+    float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
+
+    /// Every pixel of a gap becomes a cell.
+    void find_gaps() {
+        buffer<std::int32_t> above(width(), no_cell);
+        for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
+            std::int32_t& of_column = above[place % width()];
+            const std::int32_t upper = of_column;
+            of_column = no_cell;
+            if (!is_gap(place)) continue;
+            of_column = gaps_.add();
+            cells_.push_back({place, upper});
+            if (has_left(place)) gaps_.merge(of_column, of_column - 1);
+            if (upper != no_cell) gaps_.merge(of_column, upper);
+        }
+    }
+
+    /// Calls `visit(place)` with the covered pixels beside a place.
+    template <class Visit>
+    void for_each_covered(std::size_t place, Visit&& visit) const {
+        const auto look = [&](bool is_inside, std::size_t other) {
+            if (is_inside && !is_gap(other)) visit(other);
+        };
+        look(place % width() > 0, place - 1);
+        look(place >= width(), place - width());
+        look((place + 1) % width() > 0, place + 1);
+        look(place + width() < seen_.coverage.size(), place + width());
+    }
+
+    void find_outlines() {
+        outlines_.resize(cells_.size());
+        for (std::int32_t i = 0; i < cells_.count(); ++i) {
+            outline& around = outlines_[gaps_.find(i)];
+            if (is_at_edge(cells_[i].place)) around.nearest = std::numeric_limits<float>::infinity();
+            for_each_covered(cells_[i].place, [&](std::size_t other) {
+                around.nearest = (std::max)(around.nearest, inverse_depth(other));
+                around.farthest = (std::min)(around.farthest, inverse_depth(other));
+            });
+        }
+    }
+
+    void diffuse() {
+        constexpr int rounds = 8;
+        diffusion<3> solver;  // which counts cells from 1
+        solver.start();
+        for (std::int32_t i = 0; i < cells_.count(); ++i) {
+            const auto [place, above] = cells_[i];
+            const std::int32_t number =
+                solver.add_cell(static_cast<std::int32_t>(place % width()), static_cast<std::int32_t>(place / width()));
+            if (has_left(place)) solver.link_left(number, number - 1);
+            if (above != no_cell) solver.link_up(number, above + 1);
+            const outline around = outlines_[gaps_.find(i)];
+            const float middle = 0.5F * (around.nearest + around.farthest);
+            for_each_covered(place, [&](std::size_t other) {
+                if (inverse_depth(other) <= middle) solver.add_known_neighbor(number, seen_.color.data() + 3 * other);
+            });
+        }
+        solver.solve(rounds);
+        for (std::int32_t i = 0; i < cells_.count(); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                seen_.color.data()[3 * cells_[i].place + c] = rounded_mean(solver.value(i + 1)[c]);
+    }
+
+    rendering& seen_;
+    buffer<cell> cells_;
+    disjoint_sets gaps_;        // of cells beside each other
+    buffer<outline> outlines_;  // at a gap's first cell
+};
+
+}  // namespace detail
+
+inline image<std::uint8_t> gap_colors(rendering seen) {
+    detail::gap_filler(seen).fill();
+    return std::move(seen.color);
+}
+
+}  // namespace ldi
+
 // ---- ldi/render/detail/pixel_squares.hpp
 // The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
 // corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
@@ -18688,279 +19098,6 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
 }
 
 }  // namespace ldi::detail
-
-// ---- ldi/render/rasterizer.hpp
-// A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
-// holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
-// pixels.
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-struct raster_options {
-    std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
-    float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
-    bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
-    std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
-};
-
-struct rendering {
-    image<std::uint8_t> color;     ///< H x W x 3: the mean of the pixel's samples
-    image<float> depth;            ///< H x W x 1: of the nearest sample, along the view's axis; infinity where there is none
-    image<std::uint8_t> coverage;  ///< H x W x 1: 0 in holes, 255 where every sample of the pixel is covered
-};
-
-/// Draws a mesh with its textures, bilinear and perspective-correct. Where surfaces coincide the first triangle wins. Its soft
-/// edges are laid over what is behind them, and neither have depth nor cover anything.
-///
-/// textures  one for each part of the mesh, H x W x 3; the first row is at texture coordinate v = 0. Coordinates beyond [0, 1]
-///           repeat the rim
-/// Raises mismatch or invalid_data if the mesh or a texture is malformed, invalid_option or too_large for the options and the
-/// view (the larger side times samples may be 2^19).
-template <executor Executor = const serial_executor>
-rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
-                    const raster_options& options = {}, Executor&& threads = {});
-
-/// The same of a mesh with one texture.
-template <executor Executor = const serial_executor>
-rendering rasterize(const textured_mesh& mesh, const image<std::uint8_t>& texture, const view& from,
-                    const raster_options& options = {}, Executor&& threads = {}) {
-    return rasterize(mesh, std::span(&texture, 1), from, options, threads);
-}
-
-namespace detail {
-
-template <class Mesh>
-void check_triangles(const Mesh& mesh) {
-    const std::size_t count = mesh.vertex_count();
-    if (mesh.positions.size() != 3 * count || mesh.texture_coordinates.size() != 2 * count || mesh.triangles.size() % 3 != 0)
-        raise(error_code::mismatch, "mesh", "3 coordinates and 2 texture coordinates per vertex, 3 vertices per triangle",
-              std::to_string(mesh.positions.size()) + ", " + std::to_string(mesh.texture_coordinates.size()) + " and " +
-                  std::to_string(mesh.triangles.size()) + " numbers");
-    for (const std::uint32_t vertex : mesh.triangles)
-        if (vertex >= count)
-            raise(error_code::invalid_data, "mesh", "vertices below " + std::to_string(count),
-                  "vertex " + std::to_string(vertex));
-    for (const buffer<float>* values : {&mesh.positions, &mesh.texture_coordinates})
-        for (const float value : *values)
-            if (!std::isfinite(value)) raise(error_code::invalid_data, "mesh", "finite coordinates", "one that is not");
-}
-
-inline void check_drawable(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures) {
-    check_triangles(mesh);
-    check_triangles(mesh.soft_edges);
-    check_parts(mesh, textures.size());
-    for (const image<std::uint8_t>& texture : textures) {
-        if (texture.channels() == 3 && texture.size() > 0) continue;
-        raise(error_code::mismatch, "texture", "3 channels and at least one pixel",
-              std::to_string(texture.height()) + " x " + std::to_string(texture.width()) + " x " +
-                  std::to_string(texture.channels()));
-    }
-}
-
-inline void check_raster_options(const view& from, const raster_options& options) {
-    if (options.samples < 1 || options.samples > 8)
-        raise(error_code::invalid_option, "samples", "1 to 8", std::to_string(options.samples));
-    if (!(options.z_near > 0)) raise(error_code::invalid_option, "z_near", "a depth above 0", detail::to_text(options.z_near));
-    const pinhole_camera& camera = from.camera;
-    if (camera.width < 1 || camera.height < 1 || !(camera.focal_length > 0))
-        raise(error_code::invalid_option, "view", "a size and a focal length above 0",
-              std::to_string(camera.width) + " x " + std::to_string(camera.height) + ", " + detail::to_text(camera.focal_length));
-    const std::int32_t limit = 524288 / options.samples;
-    if (camera.width > limit || camera.height > limit)
-        raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
-              std::to_string(camera.width) + " x " + std::to_string(camera.height));
-}
-
-/// u, v  texture coordinates
-inline std::array<std::uint8_t, 3> bilinear(const image<std::uint8_t>& texture, double u, double v) {
-    const double last_x = nearest_double(texture.width() - 1), last_y = nearest_double(texture.height() - 1);
-    const double x = std::clamp(u * (last_x + 1) - 0.5, 0.0, last_x), y = std::clamp(v * (last_y + 1) - 0.5, 0.0, last_y);
-    const std::size_t x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
-    const std::size_t x1 = (std::min)(x0 + 1, texture.width() - 1), y1 = (std::min)(y0 + 1, texture.height() - 1);
-    const float tx = static_cast<float>(x - nearest_double(x0)), ty = static_cast<float>(y - nearest_double(y0));
-    const std::uint8_t *const upper = texture.row(y0), *const lower = texture.row(y1);
-    std::array<std::uint8_t, 3> result{};
-    for (std::size_t c = 0; c < 3; ++c) {
-        const float above = upper[3 * x0 + c] * (1 - tx) + upper[3 * x1 + c] * tx;
-        const float below = lower[3 * x0 + c] * (1 - tx) + lower[3 * x1 + c] * tx;
-        result[c] = rounded_mean(above * (1 - ty) + below * ty);
-    }
-    return result;
-}
-
-/// The samples of a few rows of pixels.
-struct sample_band {
-    std::int64_t first_row = 0, last_row = 0, width = 0;  ///< in samples
-    buffer<float> inverse_depth;                          ///< 0 where nothing is
-    buffer<std::array<std::uint8_t, 3>> color;
-
-    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across,
-                const std::array<std::uint8_t, 3>& background)
-        : first_row(rows.first), last_row(rows.second), width(samples_across) {
-        inverse_depth.assign(static_cast<std::size_t>((last_row - first_row) * width), 0.0F);
-        color.assign(inverse_depth.size(), background);
-    }
-
-    /// shade(u, v)  the color at texture coordinates
-    template <class Shade>
-    void draw(const screen_triangle& t, Shade&& shade) {
-        const screen_values values(t);
-        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            std::int64_t i = (y - first_row) * width + first;
-            for (std::int64_t x = first; x < last; ++x, ++i) {
-                const float here = static_cast<float>(values.inverse_depth(x, y));
-                if (here <= inverse_depth[i]) continue;
-                inverse_depth[i] = here;
-                color[i] = shade(values.u(x, y), values.v(x, y));
-            }
-        });
-    }
-
-    /// Lays a translucent triangle over what is farther.
-    template <class Shade>
-    void blend(const screen_triangle& t, Shade&& shade) {
-        const translucent_values values(t);
-        for_each_span(t, width, first_row, last_row, [&](std::int64_t y, std::int64_t first, std::int64_t last) {
-            std::int64_t i = (y - first_row) * width + first;
-            for (std::int64_t x = first; x < last; ++x, ++i) {
-                if (static_cast<float>(values.inverse_depth(x, y)) <= inverse_depth[i]) continue;
-                const float opacity = values.opacity(x, y);
-                const std::array<std::uint8_t, 3> over = shade(values.u(x, y), values.v(x, y));
-                for (std::size_t c = 0; c < 3; ++c)
-                    color[i][c] = rounded_mean(opacity * nearest_float(over[c]) + (1 - opacity) * nearest_float(color[i][c]));
-            }
-        });
-    }
-
-    /// n  samples per pixel and axis
-    void resolve(std::int64_t n, rendering& result) const {
-        for (std::int64_t y = first_row / n; y < last_row / n; ++y)
-            for (std::int64_t x = 0; x < width / n; ++x) {
-                std::array<std::int64_t, 3> sum{};
-                std::int64_t covered = 0;
-                float nearest = 0;
-                for (std::int64_t j = 0; j < n; ++j)
-                    for (std::int64_t i = 0; i < n; ++i) {
-                        const std::int64_t sample = (y * n - first_row + j) * width + x * n + i;
-                        for (std::size_t c = 0; c < 3; ++c) sum[c] += color[sample][c];
-                        covered += inverse_depth[sample] > 0 ? 1 : 0;
-                        nearest = (std::max)(nearest, inverse_depth[sample]);
-                    }
-                for (std::size_t c = 0; c < 3; ++c)
-                    result.color(y, x, c) = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
-                result.depth(y, x) = covered > 0 ? 1 / nearest : std::numeric_limits<float>::infinity();
-                result.coverage(y, x) = static_cast<std::uint8_t>(255 * covered / (n * n));
-            }
-    }
-};
-
-/// The highest and the lowest place of something on the screen, in 1 / subsample_steps of a sample; nothing if top > bottom.
-struct vertical_extent {
-    std::int64_t top = 0, bottom = -1;
-};
-
-/// The rows of pixels in a band: so few that many threads find work, so many that few triangles touch two. Chosen by trial.
-inline constexpr std::int64_t rows_per_band = 16;
-
-/// Lists, for every band, the things that may touch it, in order: band b has list[start[b]] to list[start[b + 1] - 1].
-struct band_lists {
-    buffer<std::size_t> start;
-    buffer<std::int32_t> list;
-
-    /// extent(i)  the vertical_extent of thing i, of `count`
-    template <class Extent>
-    band_lists(std::int32_t count, Extent&& extent, std::int64_t rows, std::int64_t band_rows)
-        : rows_(rows), band_rows_(band_rows) {
-        start.assign(static_cast<std::size_t>((rows + band_rows - 1) / band_rows) + 1, 0);
-        const auto for_each_band = [&](std::int32_t i, auto&& visit) {
-            const std::int64_t size = band_rows * subsample_steps, last_band = start.count() - 2;
-            const vertical_extent e = extent(i);
-            if (e.top > e.bottom) return;
-            const std::int64_t first = std::max<std::int64_t>(floor_division(e.top, size), 0);
-            const std::int64_t last = (std::min)(floor_division(e.bottom, size), last_band);
-            for (std::int64_t b = first; b <= last; ++b) visit(b);
-        };
-        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { ++start[b + 1]; });
-        for (std::size_t b = 0; b < band_count(); ++b) start[b + 1] += start[b];
-        list.resize(start.back());
-        buffer<std::size_t> next = start;
-        for (std::int32_t i = 0; i < count; ++i) for_each_band(i, [&](std::int64_t b) { list[next[b]++] = i; });
-    }
-
-    std::size_t band_count() const { return start.size() - 1; }
-    /// The rows [first, second) of a band.
-    std::pair<std::int64_t, std::int64_t> rows_of(std::size_t band) const {
-        const std::int64_t first = static_cast<std::int64_t>(band) * band_rows_;
-        return {first, (std::min)(first + band_rows_, rows_)};
-    }
-
-private:
-    std::int64_t rows_, band_rows_;
-};
-
-/// Renders `count` things. Bands are the same for any number of threads, and each is drawn by one thread in the order of the
-/// things.
-///
-/// extent(i)      the vertical_extent of thing i
-/// draw(i, band)  draws it
-template <executor Executor, class Extent, class Draw>
-rendering draw_in_bands(const pinhole_camera& camera, const raster_options& options, std::int32_t count, Extent&& extent,
-                        Draw&& draw, Executor& threads) {
-    const std::size_t h = static_cast<std::size_t>(camera.height), w = static_cast<std::size_t>(camera.width);
-    rendering result{image<std::uint8_t>(h, w, 3, unset), image<float>(h, w, 1, unset), image<std::uint8_t>(h, w, 1, unset)};
-    const std::int64_t samples = options.samples;
-    const band_lists lists(count, extent, camera.height * samples, rows_per_band * samples);
-    parallel_for(threads, lists.band_count(), 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t b = first; b < last; ++b) {
-            sample_band band(lists.rows_of(b), camera.width * samples, options.background);
-            for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
-            band.resolve(options.samples, result);
-        }
-    });
-    return result;
-}
-
-}  // namespace detail
-
-template <executor Executor>
-rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_t>> textures, const view& from,
-                    const raster_options& options, Executor&& threads) {
-    detail::check_drawable(mesh, textures);
-    detail::check_raster_options(from, options);
-    buffer<detail::screen_triangle> triangles;
-    triangles.reserve(mesh.triangle_count());
-    const detail::projection projection(from, options.samples, options.z_near);
-    buffer<std::int32_t> last_of_part;  // clipping may have made more of them
-    for (std::size_t t = 0; t < mesh.part_count(); ++t) {
-        for (std::size_t i = mesh.part(t).first_triangle; i < mesh.part(t + 1).first_triangle; ++i)
-            projection.append(mesh, i, options.both_sides, triangles);
-        last_of_part.push_back(triangles.count());
-    }
-    const std::int32_t opaque = triangles.count();
-    const soft_edge_strip& strip = mesh.soft_edges;
-    for (std::size_t i = 0; i < strip.triangles.size() / 3; ++i) projection.append(strip, i, options.both_sides, triangles);
-
-    return detail::draw_in_bands(
-        from.camera, options, triangles.count(),
-        [&](std::int32_t i) {
-            const detail::screen_triangle& t = triangles[i];
-            return detail::vertical_extent{(std::min)({t[0].y, t[1].y, t[2].y}), (std::max)({t[0].y, t[1].y, t[2].y})};
-        },
-        [&](std::int32_t i, detail::sample_band& band) {
-            const std::size_t part =
-                i < opaque ? static_cast<std::size_t>(std::upper_bound(last_of_part.begin(), last_of_part.end(), i) -
-                                                      last_of_part.begin())
-                           : 0;
-            const auto shade = [&](double u, double v) { return detail::bilinear(textures[part], u, v); };
-            if (i < opaque)
-                band.draw(triangles[i], shade);
-            else
-                band.blend(triangles[i], shade);
-        },
-        threads);
-}
-
-}  // namespace ldi
 
 // ---- ldi/render/micro_polygons.hpp
 // A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it

@@ -309,6 +309,11 @@ def main():
         run("a path that is not known", [*video, frames, "--path", "spiral"], ["spiral", "expected", "found"])
         keys = '[{"time": %d, "position": [0, 0, 0], "target": [0, 0, -2]}, {"time": 1, "position": [0.1, 0, 0], "target": [0, 0, -2], "zoom": 1.2}]'
         run("a path of one's own", [*video, frames, "--path", file(folder, "keys.json", (keys % 0).encode())])
+        wide = json.dumps([{"time": t, "position": [0, 0, 0], "target": [0, 0, -2], "zoom": 0.3} for t in (0, 1)])
+        far_frames = os.path.join(folder, "far_frames")
+        run("a path that shows the photo from afar", [*video[:-1], "--video", far_frames, "--path", file(folder, "wide.json", wide.encode())])
+        darkest = min(min(row) for name in os.listdir(far_frames) for row in pixels(open(os.path.join(far_frames, name), "rb").read()))
+        check(f"past its border the photo goes on: {darkest}", darkest > 40)  # the checks are 60 and 180
         run("key frames in disorder", [*video, frames, "--path", file(folder, "late.json", (keys % 2).encode())], ["times that rise"])
         run("key frames of text", [*video, frames, "--path", file(folder, "text.json", b"hello")], ["text.json", "key frames"])
         if shutil.which("ffmpeg"):

@@ -29,6 +29,7 @@ struct raster_options {
     float z_near = 0.01F;                             ///< above 0; what is nearer than this depth is cut away
     bool both_sides = true;                           ///< false: triangles that run clockwise on the screen are not drawn
     std::array<std::uint8_t, 3> background{0, 0, 0};  ///< seen through holes
+    image_view<const std::uint8_t> backdrop{};        ///< H x W x 3: seen through holes in its place (gap_colors())
 };
 
 struct rendering {
@@ -97,6 +98,12 @@ inline void check_raster_options(const view& from, const raster_options& options
     if (camera.width > limit || camera.height > limit)
         raise(error_code::too_large, "view", "sides of at most " + std::to_string(limit) + " pixels",
               std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const image_view<const std::uint8_t>& backdrop = options.backdrop;
+    if (!backdrop.empty() && (backdrop.width() != static_cast<std::size_t>(camera.width) ||
+                              backdrop.height() != static_cast<std::size_t>(camera.height) || backdrop.channels() != 3))
+        raise(error_code::mismatch, "backdrop", "the view's size and 3 channels",
+              std::to_string(backdrop.height()) + " x " + std::to_string(backdrop.width()) + " x " +
+                  std::to_string(backdrop.channels()));
 }
 
 /// u, v  texture coordinates
@@ -122,11 +129,15 @@ struct sample_band {
     buffer<float> inverse_depth;                          ///< 0 where nothing is
     buffer<std::array<std::uint8_t, 3>> color;
 
-    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across,
-                const std::array<std::uint8_t, 3>& background)
+    sample_band(std::pair<std::int64_t, std::int64_t> rows, std::int64_t samples_across, const raster_options& options)
         : first_row(rows.first), last_row(rows.second), width(samples_across) {
         inverse_depth.assign(static_cast<std::size_t>((last_row - first_row) * width), 0.0F);
-        color.assign(inverse_depth.size(), background);
+        color.assign(inverse_depth.size(), options.background);
+        if (options.backdrop.empty()) return;
+        std::int64_t i = 0;
+        for (std::int64_t y = first_row; y < last_row; ++y)
+            for (std::int64_t x = 0; x < width; ++x, ++i)
+                std::copy_n(&options.backdrop(y / options.samples, x / options.samples), 3, color[i].begin());
     }
 
     /// shade(u, v)  the color at texture coordinates
@@ -240,7 +251,7 @@ rendering draw_in_bands(const pinhole_camera& camera, const raster_options& opti
     const band_lists lists(count, extent, camera.height * samples, rows_per_band * samples);
     parallel_for(threads, lists.band_count(), 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t b = first; b < last; ++b) {
-            sample_band band(lists.rows_of(b), camera.width * samples, options.background);
+            sample_band band(lists.rows_of(b), camera.width * samples, options);
             for (std::size_t i = lists.start[b]; i < lists.start[b + 1]; ++i) draw(lists.list[i], band);
             band.resolve(options.samples, result);
         }

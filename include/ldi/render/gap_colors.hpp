@@ -1,0 +1,138 @@
+// Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
+// continued instead of a background color.
+#pragma once
+
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/disjoint_sets.hpp>
+#include <ldi/base/numbers.hpp>
+#include <ldi/core/diffusion.hpp>
+#include <ldi/core/image.hpp>
+#include <ldi/render/rasterizer.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// Whether the background is seen anywhere.
+inline bool has_gaps(const rendering& seen) {
+    return std::any_of(seen.coverage.begin(), seen.coverage.end(), [](std::uint8_t share) { return share < 255; });
+}
+
+/// H x W x 3: the picture with every pixel replaced that is not fully covered. Each gap is filled by diffusion from its outline.
+/// Of a gap inside the picture only the farther half of the outline's disparities counts; one that reaches the picture's edge
+/// lies past the photo's border, where near surfaces go on, too. For raster_options::backdrop. Without a covered pixel all are
+/// black.
+inline image<std::uint8_t> gap_colors(rendering seen);
+
+// ------------------------------------------------------------------------------------------------------------------------
+
+namespace detail {
+
+class gap_filler {
+public:
+    explicit gap_filler(rendering& seen) : seen_(seen) {}
+
+    void fill() {
+        find_gaps();
+        find_outlines();
+        diffuse();
+    }
+
+private:
+    struct cell {
+        std::size_t place;
+        std::int32_t above;  // the cell there, no_cell where none is
+    };
+    struct outline {
+        float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // inverse depths
+    };
+    static constexpr std::int32_t no_cell = -1;
+
+    std::size_t width() const { return seen_.color.width(); }
+    bool is_gap(std::size_t place) const { return seen_.coverage.data()[place] < 255; }
+    bool has_left(std::size_t place) const { return place % width() > 0 && is_gap(place - 1); }
+    bool is_at_edge(std::size_t place) const {
+        const std::size_t x = place % width();
+        return x == 0 || x + 1 == width() || place < width() || place + width() >= seen_.coverage.size();
+    }
+    float inverse_depth(std::size_t place) const { return 1 / seen_.depth.data()[place]; }
+
+    /// Every pixel of a gap becomes a cell.
+    void find_gaps() {
+        buffer<std::int32_t> above(width(), no_cell);
+        for (std::size_t place = 0; place < seen_.coverage.size(); ++place) {
+            std::int32_t& of_column = above[place % width()];
+            const std::int32_t upper = of_column;
+            of_column = no_cell;
+            if (!is_gap(place)) continue;
+            of_column = gaps_.add();
+            cells_.push_back({place, upper});
+            if (has_left(place)) gaps_.merge(of_column, of_column - 1);
+            if (upper != no_cell) gaps_.merge(of_column, upper);
+        }
+    }
+
+    /// Calls `visit(place)` with the covered pixels beside a place.
+    template <class Visit>
+    void for_each_covered(std::size_t place, Visit&& visit) const {
+        const auto look = [&](bool is_inside, std::size_t other) {
+            if (is_inside && !is_gap(other)) visit(other);
+        };
+        look(place % width() > 0, place - 1);
+        look(place >= width(), place - width());
+        look((place + 1) % width() > 0, place + 1);
+        look(place + width() < seen_.coverage.size(), place + width());
+    }
+
+    void find_outlines() {
+        outlines_.resize(cells_.size());
+        for (std::int32_t i = 0; i < cells_.count(); ++i) {
+            outline& around = outlines_[gaps_.find(i)];
+            if (is_at_edge(cells_[i].place)) around.nearest = std::numeric_limits<float>::infinity();
+            for_each_covered(cells_[i].place, [&](std::size_t other) {
+                around.nearest = (std::max)(around.nearest, inverse_depth(other));
+                around.farthest = (std::min)(around.farthest, inverse_depth(other));
+            });
+        }
+    }
+
+    void diffuse() {
+        constexpr int rounds = 8;
+        diffusion<3> solver;  // which counts cells from 1
+        solver.start();
+        for (std::int32_t i = 0; i < cells_.count(); ++i) {
+            const auto [place, above] = cells_[i];
+            const std::int32_t number =
+                solver.add_cell(static_cast<std::int32_t>(place % width()), static_cast<std::int32_t>(place / width()));
+            if (has_left(place)) solver.link_left(number, number - 1);
+            if (above != no_cell) solver.link_up(number, above + 1);
+            const outline around = outlines_[gaps_.find(i)];
+            const float middle = 0.5F * (around.nearest + around.farthest);
+            for_each_covered(place, [&](std::size_t other) {
+                if (inverse_depth(other) <= middle) solver.add_known_neighbor(number, seen_.color.data() + 3 * other);
+            });
+        }
+        solver.solve(rounds);
+        for (std::int32_t i = 0; i < cells_.count(); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                seen_.color.data()[3 * cells_[i].place + c] = rounded_mean(solver.value(i + 1)[c]);
+    }
+
+    rendering& seen_;
+    buffer<cell> cells_;
+    disjoint_sets gaps_;        // of cells beside each other
+    buffer<outline> outlines_;  // at a gap's first cell
+};
+
+}  // namespace detail
+
+inline image<std::uint8_t> gap_colors(rendering seen) {
+    detail::gap_filler(seen).fill();
+    return std::move(seen.color);
+}
+
+}  // namespace ldi
