@@ -155,8 +155,9 @@ inline void describe(CLI::App& app, arguments& a, const std::filesystem::path& d
         ->check(between(5, 150));
     app.add_option(
            "--motion", a.motion,
-           "how far the camera may go, in the viewer, a headset and videos: what is nearest moves against what is farthest "
-           "by this share of the long side, and surfaces grow behind silhouettes for as much")
+           "how far a camera may move what is nearest against what is farthest, as a share of the long side: surfaces grow "
+           "behind silhouettes for as much. Videos, headsets and scrolling into a page use all of it; sideways a page moves as far "
+           "as its frame hides, at most 5.1 % of the short side")
         ->check(between(0, 0.3))
         ->capture_default_str();
     app.add_option("--quality", a.quality, "JPEG quality of the texture")->check(between(1, 100))->capture_default_str();
