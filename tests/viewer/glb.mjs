@@ -34,6 +34,20 @@ export function withoutCamera(glb) {
     return putTogether({ json, binary });
 }
 
+/** The same file, plain, with every `step`th triangle gone. */
+export function withHoles(glb, step) {
+    const { json, binary } = takeApart(glb);
+    const { count, componentType, bufferView, byteOffset = 0 } = json.accessors[json.meshes[0].primitives[0].indices];
+    const indices = new { 5123: Uint16Array, 5125: Uint32Array }[componentType](count);
+    const bytes = new Uint8Array(indices.buffer);
+    const begin = (json.bufferViews[bufferView].byteOffset ?? 0) + byteOffset;
+    binary.copy(bytes, 0, begin);
+    for (let i = 0; i < count; i += 3 * step) indices.fill(indices[i], i, i + 3);
+    const changed = Buffer.from(binary);
+    changed.set(bytes, begin);
+    return putTogether({ json, binary: changed });
+}
+
 /** A white square around the origin, of 2 x 2, that is no photo and has no camera. */
 export function square() {
     const positions = Buffer.from(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]).buffer);

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The viewer in a real browser: the shipped sample, made by photo3d --html, in a headless Chromium. Installs what is missing.
-# Ends with "N passed, N failed".
+# run.sh [--photographs [PICTURES]]: the viewer in a real browser: the shipped sample and three photographs of ../shared/photos, made by
+# photo3d --html, in a headless Chromium. With --photographs, in place of the tests, all gaps of 24 photographs are counted, and what is
+# seen at the worst place of each is written to the folder PICTURES. Installs what is missing. Ends with "N passed, N failed".
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 top=$(cd "$here/../.." && pwd)
@@ -10,6 +11,27 @@ source "$top/scripts/requirements.sh"
 require "${needs_viewer[@]}" "${needs_browser[@]}"
 install_npm_packages "$here"
 "$top/examples/photo3d/run.sh" sample
+
+photographs=$top/../shared/photos/eval
+gaps=$top/out/gaps
+rm -rf "$gaps" && mkdir -p "$gaps"
+# Makes a page of each photograph.
+make_pages() {
+    local photo
+    for photo; do
+        "$top/build/photo3d/examples/photo3d" "$photo" --html "$gaps/$(basename "${photo%.*}").html" --quiet
+    done
+}
+if [ "${1:-}" = --photographs ]; then
+    if [ ! -d "$photographs" ]; then
+        printf 'skipped: %s is absent\n' "$photographs"
+        exit 0
+    fi
+    make_pages "$photographs"/*.png
+    node "$here/photographs.mjs" "$gaps" "${@:2}"
+    exit
+fi
+[ ! -d "$photographs" ] || make_pages "$photographs"/kodim{01,03,05}.png
 sample=("$top/examples/photo3d/sample.jpg" --depth "$top/examples/photo3d/sample_depth.png" --fov 56 --compress --quiet)
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" -o "$top/out/sample_compressed.glb" --compressed-texture jpeg
 "$top/build/photo3d/examples/photo3d" "${sample[@]}" --html "$top/out/sample_compressed.html" --usdz "$top/out/sample.usdz"

@@ -6,7 +6,7 @@
 
 import { Color, DoubleSide, Group, Mesh, MeshBasicMaterial, Path, PlaneGeometry, ShaderMaterial, Shape, ShapeGeometry } from "three";
 
-import { withinMotion } from "./budget.js";
+import { motionOf, withinMotion } from "./budget.js";
 
 /** @typedef {import("./photo.js").Photo} Photo */
 
@@ -77,6 +77,11 @@ export class FlatFrame {
         const { x, y } = this.position(reach);
         const degrees = (aside) => (Math.atan2(aside, this.pivot) * 180) / Math.PI;
         return { horizontal: degrees(x), vertical: degrees(y) };
+    }
+
+    /** The share of the photo's longer side by which the nearest surface has moved against the farthest; null where the file gives no limit. @param {Reach} reach */
+    motion(reach) {
+        return this.budget && motionOf(this.position(reach), this.budget);
     }
 
     /**

@@ -93,7 +93,7 @@ async function start() {
         element("choose").hidden = false;
     }
     await offerHeadset(element("headset"), stage, say);
-    window.viewer = { state: () => stage.state() };
+    window.viewer = { state: () => stage.state(), setBackdrop: (isVisible) => stage.setBackdrop(isVisible) };
 }
 
 start().catch((failure) => {

@@ -14,6 +14,7 @@ import { readBudget } from "./budget.js";
  * @property {number} halfHeight  half the photo's height at distance 1: the tangent of half the vertical field of view
  * @property {number} nearest  distance of the nearest surface along the optical axis
  * @property {number} farthest  of the farthest
+ * @property {boolean} fillsView  as photos do; another model stands alone
  * @property {import("./budget.js").Budget | null} budget  how far the viewer may go; null where the file does not say
  */
 
@@ -38,7 +39,8 @@ export async function readPhoto(bytes) {
     const { nearest, farthest } = depthRange(model);
     const halfHeight = Math.tan((camera.fov * Math.PI) / 360);
     const halfWidth = halfHeight * camera.aspect;
-    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, budget: readBudget(file.scene.userData, halfWidth, halfHeight) };
+    const budget = readBudget(file.scene.userData, halfWidth, halfHeight);
+    return { model, aspect: camera.aspect, halfHeight, nearest, farthest, fillsView: camera.fillsView ?? true, budget };
 }
 
 /** Frees what a photo holds on the graphics card. @param {Photo} photo */
@@ -87,7 +89,8 @@ function cameraThatSeesAll(scene) {
     const matrixWorld = new Matrix4();
     let halfWidth = 0;
     let halfHeight = 0;
-    if (box.max.z < 0) {
+    const fillsView = box.max.z < 0;
+    if (fillsView) {
         forEachVertex(scene, ({ x, y, z }) => {
             halfWidth = Math.max(halfWidth, Math.abs(x / z));
             halfHeight = Math.max(halfHeight, Math.abs(y / z));
@@ -101,5 +104,5 @@ function cameraThatSeesAll(scene) {
     }
     halfWidth = Math.max(halfWidth, 1e-3);
     halfHeight = Math.max(halfHeight, 1e-3);
-    return { matrixWorld, fov: (Math.atan(halfHeight) * 360) / Math.PI, aspect: halfWidth / halfHeight };
+    return { matrixWorld, fov: (Math.atan(halfHeight) * 360) / Math.PI, aspect: halfWidth / halfHeight, fillsView };
 }

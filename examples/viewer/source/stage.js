@@ -1,6 +1,7 @@
 // Draws: the photo on the canvas or in a headset, from where the motion or the head says.
 
 import { Color, Group, NoToneMapping, PerspectiveCamera, Scene, WebGLRenderer } from "three";
+import { Backdrop } from "./backdrop.js";
 import { FlatFrame, headsetFrame, headVisibility, Veil, visibility } from "./frame.js";
 import { headReach } from "./headset.js";
 import { disposeOf } from "./photo.js";
@@ -30,6 +31,7 @@ export class Stage {
         this.scene.background = wallColor;
         this.place = new Group(); // at the origin on a flat screen, in front of the head in a headset
         this.veil = new Veil(wallColor);
+        this.backdrop = new Backdrop(wallColor);
         this.scene.add(this.place, this.veil);
         /** @type {Photo | null} */
         this.photo = null;
@@ -39,7 +41,10 @@ export class Stage {
         this.lastTime = 0;
         this.whenDrawn = () => {};
         new ResizeObserver(() => this.fitCanvas()).observe(canvas);
-        canvas.addEventListener("webglcontextrestored", () => (this.needsDrawing = true));
+        canvas.addEventListener("webglcontextrestored", () => {
+            if (this.photo?.fillsView) this.backdrop.show(this.renderer, this.photo); // what was drawn before is lost
+            this.needsDrawing = true;
+        });
     }
 
     /**
@@ -59,6 +64,10 @@ export class Stage {
         this.flatFrame = new FlatFrame(photo, hiddenBorder);
         this.wall = headsetFrame(photo, wallColor);
         this.sharpenTextures();
+        if (photo.fillsView) {
+            this.backdrop.show(this.renderer, photo);
+            this.place.add(this.backdrop);
+        }
         this.place.add(photo.model, this.wall);
         this.motion.forget();
         Object.assign(this.motion.reach, { right: 0, up: 0, forward: 0 });
@@ -132,12 +141,19 @@ export class Stage {
         return true;
     }
 
+    /** Shows or hides the backdrop, for tests and for the curious in the console. */
+    setBackdrop(isVisible) {
+        this.backdrop.visible = isVisible;
+        this.needsDrawing = true;
+    }
+
     /** What is seen now, for tests and for the curious in the console. */
     state() {
         const { right, up, forward } = this.motion.reach;
         return {
             reach: { right, up, forward },
             angles: this.flatFrame.angles(this.motion.reach),
+            motion: this.flatFrame.motion(this.motion.reach),
             visibility: 1 - this.veil.material.uniforms.opacity.value,
             isIdle: this.motion.isIdle,
             isInHeadset: this.head !== null,

@@ -1,0 +1,103 @@
+// The backdrop: the photo's farthest surfaces, blurred and continued past the photo's border, behind the whole model. A gap between
+// surfaces shows it instead of the clear color.
+//
+// The model is drawn once, small, from where the photo was taken, with the farthest surface in front. Mip levels of that picture
+// serve as the blur: inside the photo a fine one, where nothing was drawn and outside ever coarser ones.
+
+import { Camera, HalfFloatType, LinearFilter, LinearMipmapLinearFilter, Mesh, PlaneGeometry } from "three";
+import { ShaderMaterial, UnsignedByteType, Vector2, WebGLRenderTarget } from "three";
+
+/** @typedef {import("./photo.js").Photo} Photo */
+
+/** The longer side of the small picture, in texels. */
+const longSide = 256;
+
+/** Cells of the backdrop along each side. */
+const cells = 32;
+
+// Vertices fetch the colors: a renderer in software would fetch them for every pixel, seen or not.
+const vertexShader = `
+    uniform sampler2D farthest;
+    uniform vec2 size; // of the picture, in texels
+    uniform vec3 emptyColor; // where the whole picture is empty
+    varying vec3 seenColor;
+
+    vec3 blurred(vec2 place) {
+        vec2 nearest = clamp(place, 0.0, 1.0);
+        float level = log2(8.0 + distance(place * size, nearest * size));
+        vec4 sum = vec4(0.0); // premultiplied
+        for (int i = 0; i < 10 && sum.a < 0.99; ++i) sum += (1.0 - sum.a) * textureLod(farthest, nearest, level + float(i));
+        return sum.a > 0.0 ? sum.rgb / sum.a : emptyColor;
+    }
+
+    void main() {
+        // Small cells in the photo and a little around it, then ever larger ones: no window or headset looks past their end.
+        vec2 place = 0.6 * position.xy + 25.0 * sign(position.xy) * pow(abs(position.xy), vec2(41.0));
+        seenColor = blurred(0.5 + place); // the photo lies in [0, 1]
+        gl_Position = (projectionMatrix * modelViewMatrix * vec4(place, 0.0, 1.0)).xyww; // as far as can be: the model hides it
+    }`;
+
+const fragmentShader = `
+    varying vec3 seenColor;
+    void main() {
+        gl_FragColor = vec4(seenColor, 1.0);
+        #include <colorspace_fragment>
+    }`;
+
+export class Backdrop extends Mesh {
+    /** @param {import("three").Color} emptyColor */
+    constructor(emptyColor) {
+        const uniforms = { farthest: { value: null }, size: { value: new Vector2() }, emptyColor: { value: emptyColor } };
+        super(new PlaneGeometry(2, 2, cells, cells), new ShaderMaterial({ uniforms, vertexShader, fragmentShader, depthWrite: false }));
+        this.frustumCulled = false;
+        this.renderOrder = 3; // after all that is opaque, so that only gaps cost anything; soft edges blend over it
+        /** @type {WebGLRenderTarget | null} */
+        this.picture = null;
+    }
+
+    /**
+     * Shows what is behind this photo.
+     *
+     * @param {import("three").WebGLRenderer} renderer
+     * @param {Photo} photo  its model not moved
+     */
+    show(renderer, { model, aspect, halfHeight, nearest, farthest }) {
+        this.position.z = -farthest;
+        this.scale.set(2 * farthest * halfHeight * aspect, 2 * farthest * halfHeight, 1);
+        const [width, height] = aspect > 1 ? [longSide, longSide / aspect] : [longSide * aspect, longSide];
+        this.picture?.dispose();
+        this.picture = new WebGLRenderTarget(Math.ceil(width), Math.ceil(height), {
+            type: renderer.extensions.has("EXT_color_buffer_float") ? HalfFloatType : UnsignedByteType,
+            generateMipmaps: true,
+            minFilter: LinearMipmapLinearFilter,
+            magFilter: LinearFilter,
+        });
+        this.material.uniforms.farthest.value = this.picture.texture;
+        this.material.uniforms.size.value.set(this.picture.width, this.picture.height);
+
+        const hidden = [];
+        model.traverse((part) => {
+            if (!part.visible || ![part.material ?? []].flat().some((material) => material.transparent)) return;
+            part.visible = false; // soft edges: colors of the foreground
+            hidden.push(part);
+        });
+        const [target, clearAlpha] = [renderer.getRenderTarget(), renderer.getClearAlpha()];
+        renderer.xr.enabled = false;
+        renderer.setClearAlpha(0);
+        renderer.setRenderTarget(this.picture);
+        renderer.render(model, cameraThatSeesTheFarthest(halfHeight * aspect, halfHeight, 0.5 * nearest, 2 * farthest));
+        renderer.setRenderTarget(target);
+        renderer.setClearAlpha(clearAlpha);
+        renderer.xr.enabled = true;
+        for (const part of hidden) part.visible = true;
+    }
+}
+
+/** The photo's camera, with depth the other way around. */
+function cameraThatSeesTheFarthest(halfWidth, halfHeight, near, far) {
+    const camera = new Camera();
+    camera.projectionMatrix.makePerspective(-near * halfWidth, near * halfWidth, near * halfHeight, -near * halfHeight, near, far);
+    for (const z of [2, 6, 10, 14]) camera.projectionMatrix.elements[z] *= -1;
+    camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
+    return camera;
+}
