@@ -248,7 +248,7 @@ NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("entry", NUMBERS)
+@pytest.mark.parametrize("entry", NUMBERS, ids=".".join)
 @pytest.mark.parametrize("value", ["1", b"1", [1], (), {}, 1j, True, np.True_, np.array([1, 2]), object()], ids=repr)
 def test_option_of_wrong_type(entry, value):
     with pytest.raises(TypeError) as raised:
@@ -256,7 +256,7 @@ def test_option_of_wrong_type(entry, value):
     check_message(raised, entry[1] + ": ")
 
 
-@pytest.mark.parametrize("entry", NUMBERS)
+@pytest.mark.parametrize("entry", NUMBERS, ids=".".join)
 def test_option_out_of_range(entry):
     call, low, high, is_integer = NUMBERS[entry]
     wrong = [low - 1, high + 1, -(10**30), 10**30] if is_integer else [low - 0.001, high * 1.001, np.nan, np.inf, -np.inf, -1e300, np.float32("inf")]
@@ -270,7 +270,7 @@ def test_option_out_of_range(entry):
             call(low + 0.5)
 
 
-@pytest.mark.parametrize("entry", [e for e in NUMBERS if e[1] not in ("threads", "long_side", "width")])
+@pytest.mark.parametrize("entry", [e for e in NUMBERS if e[1] not in ("threads", "long_side", "width")], ids=".".join)
 def test_option_at_the_ends_of_its_range(entry):
     call, low, high, is_integer = NUMBERS[entry]
     for value in (low, high):
