@@ -109,7 +109,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
         options.formats = a.reading().formats;
         const bool is_metric = options.kind == depth_map_kind::meters;
         input.photo = decode_photo(photo, a.reading(), name);
-        input.depth = photo_depth{fill_invalid(decode_depth_map(depth, options, depth_name), depth_name),
+        input.depth = photo_depth{fill_invalid(shrink_depth_map(decode_depth_map(depth, options, depth_name)), depth_name),
                                   a.is_inverse || is_metric, is_metric, false, depth_name};
         check_fits(input.depth->disparity, input.photo.color, depth_name);
         return input;
@@ -127,7 +127,7 @@ photo_with_depth decode_input(const arguments& a, const photo_files& names, std:
                   model_folders(a.data).text(),
               "none of these");
     if (!input.depth) return input;
-    input.depth->disparity = fill_invalid(std::move(input.depth->disparity), input.depth->source);
+    input.depth->disparity = fill_invalid(shrink_depth_map(std::move(input.depth->disparity)), input.depth->source);
     turn_as_seen(input, by, threads);
     return input;
 }

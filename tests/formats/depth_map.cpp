@@ -327,3 +327,19 @@ TEST_CASE("the published network's disparity loads and fits its photo") {
     CHECK(*std::max_element(columns.begin(), columns.end()) == Approx(2.1164987));
     check_fits(columns, load_photo(folder / "input/columns.jpg").color);
 }
+
+TEST_CASE("a map of too many pixels is averaged over blocks of what is known, and a smaller one is left as it is") {
+    const float unknown = std::numeric_limits<float>::quiet_NaN();
+    image<float> map(3, 5);
+    for (std::size_t i = 0; i < map.size(); ++i) map.data()[i] = static_cast<float>(i);
+    map(0, 1) = unknown, map(2, 4) = unknown;
+    const image<float> same = shrink_depth_map(map, 15);
+    CHECK((same.height() == 3 && same.width() == 5));
+    const image<float> small = shrink_depth_map(map, 14);  // blocks of 2 x 2, cut off at the right and at the bottom
+    REQUIRE((small.height() == 2 && small.width() == 3));
+    CHECK(small(0, 0) == Approx((0 + 5 + 6) / 3.0));
+    CHECK(small(0, 1) == Approx((2 + 3 + 7 + 8) / 4.0));
+    CHECK(small(0, 2) == Approx((4 + 9) / 2.0));
+    CHECK(small(1, 0) == Approx((10 + 11) / 2.0));
+    CHECK(std::isnan(small(1, 2)));
+}

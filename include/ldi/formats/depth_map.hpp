@@ -63,6 +63,10 @@ image<float> load_depth_map(const std::filesystem::path& path, const depth_map_o
 /// the choice is fixed. Raises invalid_data if no pixel is valid.
 image<float> fill_invalid(image<float> depth_map, const std::string& where = "depth map");
 
+/// Averages blocks of pixels, as far as they are known, until a map has at most so many. No stage of a 3D photo works on more
+/// than 4096 x 4096, and each copies the map.
+image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels = 32'000'000);
+
 /// Checks that a depth map can belong to a photo: their sizes may differ, their proportions by at most 2 %. Raises mismatch.
 ///
 /// photo  an image or a view
@@ -207,6 +211,25 @@ inline image<float> fill_invalid(image<float> depth_map, const std::string& wher
         });
     }
     return depth_map;
+}
+
+inline image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pixels) {
+    LDI_ASSERT(max_pixels > 0);
+    const std::size_t height = depth_map.height(), width = depth_map.width();
+    const auto blocks = [](std::size_t length, std::size_t side) { return (length + side - 1) / side; };
+    std::size_t side = 1;
+    while (blocks(height, side) > max_pixels / blocks(width, side)) ++side;
+    if (side == 1) return depth_map;
+    image<float> result(blocks(height, side), blocks(width, side), 1, unset);
+    for (std::size_t y = 0; y < result.height(); ++y)
+        for (std::size_t x = 0; x < result.width(); ++x) {
+            double sum = 0, count = 0;
+            for (std::size_t v = y * side; v < (std::min)((y + 1) * side, height); ++v)
+                for (std::size_t u = x * side; u < (std::min)((x + 1) * side, width); ++u)
+                    if (const float value = depth_map.row(v)[u]; !std::isnan(value)) sum += double{value}, ++count;
+            result.row(y)[x] = count > 0 ? static_cast<float>(sum / count) : std::numeric_limits<float>::quiet_NaN();
+        }
+    return result;
 }
 
 }  // namespace ldi
