@@ -5,6 +5,7 @@
 #
 #   bench/quality/run.sh [--inpainting-model FILE] [OPTION...]     --no-depth, --no-views, --no-sizes: the rest
 #   bench/quality/run.sh --only silhouettes [OPTION...]            half a minute: --no-scenes, --sigma SAMPLES, --shift SAMPLES
+#   bench/quality/run.sh --only holes [PHOTO...] [OPTION...]       minutes: --crops FOLDER, --each, --geometry-size PIXELS
 #
 # Without a model: examples/models/farbrausch.safetensors. LPIPS needs the weights of ../shared/lpips. Photographs with depth and
 # stereo pairs are those of ../shared/rgbd. What is absent is skipped; the ray-cast scenes need nothing.
@@ -23,6 +24,10 @@ build() {
 if [[ ${1:-} == --only && ${2:-} == silhouettes ]]; then
     build ldi_quality_silhouettes
     exec "$root/build/release/bench/ldi_quality_silhouettes" --pictures "$root/out/quality" "${@:3}"
+fi
+if [[ ${1:-} == --only && ${2:-} == holes ]]; then
+    build ldi_quality_holes
+    exec "$root/build/release/bench/ldi_quality_holes" "${@:3}"
 fi
 
 options=("$@")

@@ -12680,7 +12680,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end
+    buffer<growth_constraint> constraints;  ///< at most one per end, in junctions
     bool is_closed = false;
 };
 
@@ -12703,9 +12703,10 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
-/// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
-/// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order. Time is
-/// linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
+/// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
+/// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
+/// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
@@ -12718,8 +12719,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
-        if (corners.on_border(corner)) return false;
-        if (corners.degree(corner) == 1) return true;
+        if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);
@@ -12967,14 +12967,33 @@ public:
               float motion)
         : pixels_(base, disparity), surface_(surface), curves_(curves), reach_(base.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
+        const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
+        max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
+        const auto raise_reach = [&](std::int32_t back, float step) {
+            if (step > 0.0F) reach_[back] = (std::max)(reach_[back], step * pixels_per_disparity + margin);
+        };
+        for (const discontinuity_curve& curve : curves) {
+            const std::int32_t last = curve.sides.count() - 1;
+            for (std::int32_t i = 0; i <= last; ++i)
+                for (std::int32_t k = (std::max)(i - smoothing, 0); k <= (std::min)(i + smoothing, last); ++k)
+                    raise_reach(curve.sides[i].back, disparity[curve.sides[k].front] - disparity[curve.sides[k].back]);
+        }
         for (const discontinuity_curve& curve : curves)
-            for (const discontinuity& d : curve.sides) {
-                const float uncovered = (disparity[d.front] - disparity[d.back]) * pixels_per_disparity;
-                if (uncovered > 0.0F) reach_[d.back] = (std::max)(reach_[d.back], uncovered + margin);
+            for (const growth_constraint& c : curve.constraints) {
+                // What is seen past the end of the midground is what lies behind it, and from as near as the nearest front there.
+                const float front = nearest_front(curve, c, disparity);
+                const std::int32_t x = static_cast<std::int32_t>(c.x), y = static_cast<std::int32_t>(c.y);
+                for (const std::int32_t back : {pixels_.position(x - 1, y - 1), pixels_.position(x, y - 1),
+                                                pixels_.position(x - 1, y), pixels_.position(x, y)})
+                    if (reach_[back] > 0.0F) raise_reach(back, front - disparity[back]);
             }
         for (const discontinuity_curve& curve : curves) {  // curves share pixels
             float& farthest = farthest_.emplace_back(0.0F);
             for (const discontinuity& d : curve.sides) farthest = (std::max)(farthest, reach_[d.back]);
+        }
+        for (const discontinuity_curve& curve : curves) {
+            buffer<float>& lengths = constraint_lengths_.emplace_back();
+            for (const growth_constraint& c : curve.constraints) lengths.push_back(reach_near(curve, c));
         }
     }
 
@@ -13001,7 +13020,13 @@ public:
 
 private:
     // From the middle of a pixel at the silhouette to the edge of the last one that is uncovered, even if only in part.
-    static constexpr float margin = 1.5F;
+    static constexpr float half_pixels = 1.5F;
+    // Errors of the mesh that its tolerances allow (mesh/simplify.hpp, mesh/studs.hpp): both outlines are a pixel off, and
+    // disparities on either side a few hundredths.
+    static constexpr float mesh_pixels = 2.0F, mesh_disparity = 0.02F;
+
+    // The mesh smooths outlines: a side is seen with the disparities of sides up to so far along the curve.
+    static constexpr std::int32_t smoothing = 8;
 
     struct front_pixel {
         std::size_t curve;
@@ -13031,22 +13056,46 @@ private:
             if (room_there >= room) room = room_there, origin = pixels_.origin(neighbor);
         }
         if (origin == no_pixel) return;
-        const float created = sum / count;
 
         for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
-            const float other = pixels_.disparity(there);
-            if (surface_.same_surface(other, source)) {  // fronts that meet link up; else the place is taken
-                if (pixels_.neighbor(there, opposite(s)) == no_pixel) pixels_.link(pixel, s, there);
-                return;
-            }
-            const bool is_visible = there == position;
-            if (surface_.same_surface(other, created) || (is_visible && created > other)) return;
+            if (pixels_.neighbor(there, opposite(s)) != no_pixel) continue;
+            if (!surface_.same_surface(pixels_.disparity(there), source)) continue;
+            pixels_.link(pixel, s, there);  // fronts that meet
+            return;
         }
+        const float average = sum / count, created = below_others(position, average);
+        if (!may_link(created, source)) return;
+        const std::int32_t dive = dive_of(pixel) + (created < average || dive_of(pixel) > 0 ? 1 : 0);
+        if (dive > max_dive_) return;
         const std::int32_t made = pixels_.add(position, created, origin);
+        dives_.push_back(dive);
         for (int i = 0; i < 4; ++i)
-            if (neighbors[i] != no_pixel && surface_.same_surface(pixels_.disparity(neighbors[i]), created))
+            if (neighbors[i] != no_pixel && may_link(pixels_.disparity(neighbors[i]), created))
                 pixels_.link(made, all_sides[i], neighbors[i]);
         created_.push_back({curve, made});
+    }
+
+    // A surface that comes as near to another as the threshold, and cannot be linked to it, goes on beneath it for as many pixels
+    // as a camera can see into the gap. Otherwise there would be a hole between its end and the other surface.
+    float below_others(std::int32_t position, float disparity) const {
+        const float step = least_gap * surface_.largest_step;
+        disparity = (std::min)(disparity, pixels_.disparity(position) - step);
+        bool is_free = false;
+        while (!is_free) {
+            is_free = true;
+            for (std::int32_t there = position; there != no_pixel; there = pixels_.next_at_position(there)) {
+                if (!surface_.same_surface(pixels_.disparity(there), disparity)) continue;
+                disparity = pixels_.disparity(there) - step;
+                is_free = false;
+            }
+        }
+        return disparity;
+    }
+    bool may_link(float a, float b) const { return std::abs(a - b) <= (1.0F + least_gap) * surface_.largest_step; }
+    static constexpr float least_gap = 1.001F;  // in thresholds
+    std::int32_t dive_of(std::int32_t pixel) const {
+        const std::int32_t hidden = pixel - reach_.count();
+        return hidden < 0 ? 0 : dives_[hidden];
     }
 
     // How much farther than to (x, y) the surface at `origin` may grow, in pixels.
@@ -13071,16 +13120,38 @@ private:
         return best;
     }
 
-    // Whether the center of (x, y) lies on the half line at one of the curve's ends. The line is so wide that no step of one
-    // pixel leads across it, and so long that no front gets around it. That it starts 2 pixels before the curve's end was chosen
-    // by trial.
+    // The nearest disparity in front of the part of a curve from which a surface grows as far as one of its ends.
+    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, const buffer<float>& disparity) const {
+        float nearest = 0.0F;
+        for (const discontinuity& d : curve.sides)
+            if (distance_to(end, d.back) < reach_[d.back]) nearest = (std::max)(nearest, disparity[d.front]);
+        return nearest;
+    }
+    float distance_to(const growth_constraint& end, std::int32_t pixel) const {
+        return std::hypot(nearest_float(pixels_.x(pixel)) + 0.5F - end.x, nearest_float(pixels_.y(pixel)) + 0.5F - end.y);
+    }
+
+    // How far the surface behind a curve grows from near one of its ends.
+    float reach_near(const discontinuity_curve& curve, const growth_constraint& end) const {
+        constexpr float vicinity = 20.0F;  // pixels
+        float farthest = 0.0F;
+        for (const discontinuity& d : curve.sides)
+            if (distance_to(end, d.back) < vicinity) farthest = (std::max)(farthest, reach_[d.back]);
+        return farthest;
+    }
+
+    // Whether the center of (x, y) lies on the line at one of the curve's ends. The line is so wide that no step of one pixel
+    // leads across it, and as long as the surface grows from that end: what grows farther from elsewhere may pass it. That it
+    // starts 2 pixels before the curve's end was chosen by trial.
     bool crosses_constraint(std::size_t curve, std::int32_t x, std::int32_t y) const {
         constexpr float thickness = 1.5F;
-        for (const growth_constraint& c : curves_[curve].constraints) {
+        const buffer<growth_constraint>& constraints = curves_[curve].constraints;
+        for (std::size_t i = 0; i < constraints.size(); ++i) {
+            const growth_constraint& c = constraints[i];
             const float dx = nearest_float(x) + 0.5F - c.x, dy = nearest_float(y) + 0.5F - c.y;
             const float outward = dx * c.outward_x + dy * c.outward_y;
             const float along = dx * c.perpendicular_x + dy * c.perpendicular_y;
-            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < 2.0F * farthest_[curve]) return true;
+            if (outward > 0.0F && outward <= thickness && along > -2.0F && along < constraint_lengths_[curve][i]) return true;
         }
         return false;
     }
@@ -13091,6 +13162,9 @@ private:
     buffer<front_pixel> front_, created_;  // the newest pixels, curve by curve
     buffer<float> reach_;                  // of each visible pixel: how far its surface grows from there, in pixels
     buffer<float> farthest_;               // the largest of each curve
+    buffer<buffer<float>> constraint_lengths_;
+    std::int32_t max_dive_ = 0;   // pixels that a surface goes on beneath another
+    buffer<std::int32_t> dives_;  // of each hidden pixel: how many of them it has gone
 };
 
 }  // namespace detail
@@ -13100,7 +13174,9 @@ private:
 ///
 /// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
 /// from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other
-/// column follows its own rule (new_pixels). New links join pixels of one surface. `after_iteration(graph, disparity,
+/// column follows its own rule (new_pixels). New links join pixels of one surface. A surface that can't be linked to another
+/// within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors differ
+/// by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
 /// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
@@ -17817,9 +17893,11 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
+        // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
+        const float least = 0.9F * layers_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(layers_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), layers_.range.depth(d));
+            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -17846,7 +17924,7 @@ private:
 
 /// Makes the mesh of a layered image, as its camera sees it over its range of distances.
 ///
-/// layers  in canonical order; disparities are clamped to [0, 1]
+/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest
 /// charts  a partition of the pixels (make_charts)
 /// atlas   of these charts
 /// seen    for soft edges; without them the mesh's are hard

@@ -48,7 +48,7 @@ void require_sound(const ldi::graph& g, std::span<const float> disparity, std::s
         for (ldi::side s : ldi::all_sides) {
             const std::int32_t n = g.neighbors(s)[i];
             if (n != ldi::no_pixel)
-                REQUIRE(std::abs(disparity[static_cast<std::size_t>(n)] - disparity[i]) <= threshold + rounding);
+                REQUIRE(std::abs(disparity[static_cast<std::size_t>(n)] - disparity[i]) <= 2.001F * threshold + rounding);
         }
     }
     for (std::size_t position = 0; position < at.size(); ++position) {
@@ -122,7 +122,8 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
     }
 }
 
-TEST_CASE("behind a step the background grows by the step's share of the camera's motion, at any angle, and two pixels more") {
+TEST_CASE(
+    "behind a step the background grows by the step's share of the camera's motion, at any angle, and by what the mesh is off") {
     std::mt19937 random(12);
     for (int round = 0; round < 40; ++round) {
         const float angle = std::uniform_real_distribution<float>(0.0F, 6.2831853F)(random);
@@ -148,8 +149,8 @@ TEST_CASE("behind a step the background grows by the step's share of the camera'
             for (std::int32_t x = 20; x < 100; ++x) {
                 const float distance = in_front(x, y);
                 CAPTURE(angle, step, x, y, distance, uncovered);
-                if (distance > 0 && distance < uncovered) REQUIRE(has_hidden(y, x, 0) == 1);
-                if (distance > uncovered + 2.5F) REQUIRE(has_hidden(y, x, 0) == 0);
+                if (distance > 0 && distance < uncovered + 2) REQUIRE(has_hidden(y, x, 0) == 1);
+                if (distance > uncovered + 4.5F + 0.02F * motion * 120) REQUIRE(has_hidden(y, x, 0) == 0);
             }
     }
 }

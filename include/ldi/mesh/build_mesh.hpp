@@ -126,9 +126,11 @@ public:
 
 private:
     void add_position(const outline_corner& corner) {
-        const float d = std::clamp(corner.disparity, 0.0F, 1.0F);
+        // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
+        const float least = 0.9F * layers_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(layers_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), layers_.range.depth(d));
+            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -155,7 +157,7 @@ private:
 
 /// Makes the mesh of a layered image, as its camera sees it over its range of distances.
 ///
-/// layers  in canonical order; disparities are clamped to [0, 1]
+/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest
 /// charts  a partition of the pixels (make_charts)
 /// atlas   of these charts
 /// seen    for soft edges; without them the mesh's are hard

@@ -40,7 +40,7 @@ struct growth_constraint {
 /// A maximal chain of discontinuities between ends or junctions, in order along the curve.
 struct discontinuity_curve {
     buffer<discontinuity> sides;
-    buffer<growth_constraint> constraints;  ///< at most one per end
+    buffer<growth_constraint> constraints;  ///< at most one per end, in junctions
     bool is_closed = false;
 };
 
@@ -63,9 +63,10 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
-/// At junctions only curves between a midground and what is in front of it are constrained: the farthest of the surfaces that
-/// meet may grow freely under all others. Ends on the photo's border are not constrained. Curves come in a fixed order. Time is
-/// linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
+/// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
+/// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
+/// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
+/// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
 buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
@@ -78,8 +79,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     const detail::curves::corner_map& corners = tracer.corners();
 
     const auto is_constrained = [&](std::int32_t corner, const discontinuity& last) {
-        if (corners.on_border(corner)) return false;
-        if (corners.degree(corner) == 1) return true;
+        if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
         return !layer.surface.same_surface(disparity[last.back], farthest);

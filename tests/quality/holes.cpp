@@ -1,0 +1,133 @@
+// No hole: what expand() and the mesh promise of all places that the camera may reach, with scenes whose curves end and meet,
+// with random maps, and with photographs.
+#include <bench/quality/holes.hpp>
+
+#include "tests/support/lifted_scene.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace ldi_quality;
+
+struct scene {
+    ldi::photo_layers layers;
+    ldi::textured_mesh mesh;
+};
+
+/// The geometry of a 3D photo, without colors.
+scene make_scene(const ldi::image<float>& disparity, const ldi::expand_options& options = {}) {
+    ldi::photo_layer lifted = ldi::test::lift_disparity(disparity);
+    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted);
+    ldi::close_spurious_discontinuities(lifted, curves);
+    scene result;
+    result.layers = ldi::expand(std::move(lifted), curves, options);
+    const ldi::chart_set charts = ldi::make_charts(result.layers);
+    result.mesh = ldi::build_mesh(result.layers, charts, ldi::make_atlas(result.layers, charts));
+    return result;
+}
+
+hole_report holes_of(const scene& s, std::int32_t side = 300) {
+    return count_holes(s.mesh, s.layers, side, ldi::serial_executor());
+}
+
+std::int64_t largest_of(const hole_report& r) { return r.holes.empty() ? 0 : r.holes.front().pixels; }
+
+constexpr std::size_t rows = 180, columns = 240;
+
+template <class Disparity>
+ldi::image<float> draw(Disparity&& disparity) {
+    ldi::image<float> map(rows, columns);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x)
+            map(y, x, 0) = std::clamp(disparity(static_cast<float>(x), static_cast<float>(y)), 0.0F, 1.0F);
+    return map;
+}
+
+/// Scenes in which curves end and meet, in all the ways that photographs were seen to have.
+std::vector<std::pair<std::string, ldi::image<float>>> scenes() {
+    std::vector<std::pair<std::string, ldi::image<float>>> result;
+    const auto add = [&](const char* name, auto&& disparity) { result.emplace_back(name, draw(disparity)); };
+    add("T-junction", [](float x, float y) { return x > 150 ? 0.9F : y > 90 ? 0.5F : 0.1F; });
+    add("Y-junction", [](float x, float y) {
+        const float angle = std::atan2(y - 90, x - 120);
+        return angle < -1.0F ? 0.1F : angle < 1.1F ? 0.5F : 0.9F;
+    });
+    add("a step that fades out", [](float x, float y) { return 0.2F + (x > 120 ? 0.6F * std::max(0.0F, 1 - y / 110) : 0.0F); });
+    add("a step that ends at once", [](float x, float y) {
+        const float step = std::clamp((x - 120) / 20 + 0.5F, 0.0F, 1.0F);
+        return 0.2F + 0.5F * (y < 90 ? (x > 120 ? 1.0F : 0.0F) : step);
+    });
+    add("a slope that rises to meet what is behind it", [](float x, float y) {
+        return std::hypot(x - 120, y - 60) < 40 ? 0.3F + 0.5F * std::clamp((100 - y) / 60, 0.0F, 1.0F) : 0.25F;
+    });
+    add("islands", [](float x, float y) {
+        const float u = std::fmod(x, 60.0F) - 30, v = std::fmod(y, 60.0F) - 30;
+        return std::hypot(u, v) < 12 ? 0.4F + 0.5F * y / 180 : 0.1F;
+    });
+    add("thin rods", [](float x, float y) {
+        return std::abs(x - 60 - 0.2F * y) < 1.6F ? 0.9F : std::abs(y - 120) < 2 ? 0.6F : 0.1F;
+    });
+    add("wells of one pixel near a silhouette", [](float x, float y) {
+        const bool well = y == 90 && (x == 122 || x == 126);
+        return x > 118 && !well ? 0.9F : 0.0F;
+    });
+    add("a window whose frame is nearer", [](float x, float y) {
+        if (std::abs(x - 120) < 12 && std::abs(y - 90) < 9) return 0.4F;
+        return std::abs(x - 120) < 60 && std::abs(y - 90) < 45 ? 0.85F : 0.15F;
+    });
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("uncovered pixels are found, and grouped where they touch") {
+    ldi::view from;
+    from.camera = {40, 30, 40};
+    ldi::image<std::uint8_t> coverage(30, 40, 1, std::uint8_t{255});
+    for (const auto& [x, y] : {std::pair{5U, 5U}, {6U, 6U}, {7U, 6U}, {20U, 10U}, {0U, 0U}}) coverage(y, x, 0) = 0;
+    const std::vector<hole> holes = find_holes(coverage, frame_test(from, from.camera, {1, 10}), 3);
+    REQUIRE(holes.size() == 2);  // the corner is on the photo's border
+    CHECK(holes[0].pixels == 3);
+    CHECK(holes[1].pixels == 1);
+    CHECK(holes[1].x == 20);
+    CHECK(holes[1].y == 10);
+    CHECK(holes[1].view == 3);
+}
+
+TEST_CASE("without hidden surfaces there are holes behind every silhouette") {
+    ldi::expand_options none;
+    none.iterations = 0;
+    for (const auto& [name, map] : scenes()) {
+        scene s = make_scene(map, none);
+        s.layers.motion = ldi::expand_options().motion;
+        CAPTURE(name);
+        CHECK(largest_of(holes_of(s)) > 0);
+    }
+}
+
+TEST_CASE("no camera within the motion sees a hole where curves end or meet") {
+    for (const auto& [name, map] : scenes()) {
+        const hole_report report = holes_of(make_scene(map));
+        CAPTURE(name, report.views_with_holes, report.most_pixels);
+        CHECK(largest_of(report) == 0);
+    }
+}
+
+TEST_CASE("no camera sees a hole in random scenes") {
+    std::mt19937 random(24);
+    for (int round = 0; round < 24; ++round) {
+        const hole_report report = holes_of(make_scene(ldi::test::random_disparity(random, 90, 120)), 250);
+        CAPTURE(round, report.views_with_holes, report.most_pixels);
+        CHECK(largest_of(report) == 0);
+    }
+}

@@ -1,0 +1,29 @@
+// No hole in 3D photos of ordinary photographs, with depth by the network that ships: slow.
+#include <bench/quality/holes.hpp>
+
+#include <ldi/formats/photo.hpp>
+#include <ldi/formats/tiefenrausch_file.hpp>
+#include <ldi/occlusion/diffusion_inpainter.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+TEST_CASE("no camera within the motion sees a hole in photographs") {
+    const std::vector<std::filesystem::path> photographs = ldi_quality::forty_photographs();
+    if (photographs.empty()) return;
+    const ldi::tiefenrausch network = ldi::load_depth_network(LDI_SOURCE_DIR "/examples/models/tiefenrausch_small.safetensors");
+    ldi::photo3d_options options;
+    options.texture.strength = options.grain.strength = 0;
+    ldi::thread_pool threads;
+    for (std::size_t i = 0; i < photographs.size(); i += 2) {
+        const ldi::photo3d made =
+            ldi::make_photo3d(ldi::load_photo(photographs[i]).color, network, ldi::diffusion_inpainter(), options, threads);
+        const ldi_quality::hole_report report = ldi_quality::count_holes(made.mesh, made.layers, 1000, threads);
+        CAPTURE(photographs[i], report.views_with_holes, report.most_pixels);
+        CHECK(report.holes.empty());
+    }
+}
