@@ -229,7 +229,7 @@ def main():
         large, little_memory = file(folder, "large.png", png(9000, 9000, 1)), lambda: resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
         said = subprocess.run([PROGRAM, large, *depth, "-o", os.path.join(folder, "out.glb")], capture_output=True, text=True, preexec_fn=little_memory)
         check(f"short memory: {said.returncode}, {said.stderr}", said.returncode == 75 and "memory" in said.stderr)
-        run("an animation", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["a.gif", "GIF"])
+        run("a GIF of one pixel with a depth map of other proportions", [file(folder, "a.gif", b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\2D\1\0;"), *depth], ["step.png", "proportions", "1 x 1"])
         run("a text file", [file(folder, "a.txt", b"hello"), *depth], ["a.txt", "expected", "found"])
         run("a photo alone", [small])
         with_companion, models = shutil.copy(small, os.path.join(folder, "pair.png")), {"LDI_MODELS": os.path.join(SOURCE, "examples/models")}
