@@ -19,6 +19,9 @@ def layouts_of(array):
     spread[::2, ::3] = array
     shifted = np.zeros(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)  # not aligned
     shifted[...] = array
+    row = array.nbytes // array.shape[0]
+    gaps = np.ndarray(array.shape, array.dtype, np.zeros(array.shape[0] * (row + 1), np.uint8), strides=(row + 1, *array.strides[1:]))
+    gaps[...] = array
     read_only = array.copy()
     read_only.flags.writeable = False
     return {
@@ -30,6 +33,7 @@ def layouts_of(array):
         "upside down": array[::-1].copy()[::-1],
         "mirrored": array[:, ::-1].copy()[:, ::-1],
         "unaligned": shifted,
+        "a gap of one byte between rows": gaps,
         "subclass": array.copy().view(type("Subclass", (np.ndarray,), {})),
         "an object with __array__": type("Picture", (), {"__array__": lambda self, *_: array})(),
     }

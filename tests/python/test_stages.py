@@ -146,3 +146,9 @@ def test_meters_have_a_unit():
 def test_depth_by_the_network():
     depth = ldi.clean_depth(PHOTO)
     assert depth.disparity.min() >= 0 and 0.9 < depth.disparity.max() <= 1 and depth.disparity.shape == (96, 128)
+
+
+def test_zero_disparity_is_far_away():
+    """A sky, as maps of 1 / distance have it; not an unknown value."""
+    depth = ldi.clean_depth(PHOTO, np.where(DEPTH > 0.5, 1.0, 0.0), depth_is_inverse=True)
+    assert depth.disparity.min() == 0 and depth.disparity.max() == 1 and depth.z_far > 10 * depth.z_near
