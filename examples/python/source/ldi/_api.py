@@ -190,7 +190,7 @@ def make_mesh(layers, charts, atlas, *, threads=0):
 
 
 def read_photo(path):
-    """Reads a photo as H x W x 3 uint8, upright, in sRGB. Reads JPEG and PNG, and more where the package was built for it."""
+    """Reads a photo as H x W x 3 uint8, upright, in sRGB: JPEG, PNG, GIF, BMP, and more where the package was built for it."""
     return _ldi.read_photo(_path(path))
 
 
