@@ -11131,9 +11131,9 @@ inline small_components find_small_components(const image_components& components
 // Merges one component after the other.
 class component_merger {
 public:
-    component_merger(const image_components& components, const small_components& small, image_view<float> disparity)
-        : components_(components), small_(small), disparity_(disparity) {
-        if (!small.labels.empty()) reached_.resize(disparity.height() * disparity.width());
+    component_merger(const image_components& components, const small_components& small_ones, image_view<float> disparity)
+        : components_(components), small_(small_ones), disparity_(disparity) {
+        if (!small_ones.labels.empty()) reached_.resize(disparity.height() * disparity.width());
     }
 
     // False if the component is no middle value and stays.
@@ -11212,10 +11212,10 @@ private:
 inline std::size_t merge_middle_components(image_view<float> disparity, surface_rule surface = {},
                                            const middle_component_options& options = {}) {
     const detail::image_components components = detail::find_components(disparity, surface);
-    const detail::small_components small = detail::find_small_components(components, options.smallest_size);
-    detail::component_merger merger(components, small, disparity);
+    const detail::small_components small_ones = detail::find_small_components(components, options.smallest_size);
+    detail::component_merger merger(components, small_ones, disparity);
     std::size_t merged = 0;
-    for (std::size_t c = 0; c < small.labels.size(); ++c)
+    for (std::size_t c = 0; c < small_ones.labels.size(); ++c)
         if (merger.merge(c)) ++merged;
     return merged;
 }
