@@ -18,8 +18,7 @@
 std::pair<Eigen::Vector3f, float> plane_through(const Eigen::MatrixX3f& points) {
     const Eigen::MatrixX3f around = points.rowwise() - points.colwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes(around.transpose() * around);
-    const float squares = (std::max)(axes.eigenvalues()(0), 0.0F);
-    return {axes.eigenvectors().col(0), std::sqrt(squares / static_cast<float>(points.rows()))};
+    return {axes.eigenvectors().col(0), std::sqrt((std::max)(axes.eigenvalues()(0), 0.0F) / static_cast<float>(points.rows()))};
 }
 
 int main() {
@@ -42,14 +41,15 @@ int main() {
     }
     std::printf("area %.2f square meters\n", area);
 
-    // Each vertex knows its pixel: those of the wall are farthest, and right of the book the table's front edge is bare.
+    // Each vertex knows its pixel. Of those that the photo shows, the wall's are farthest, and the table's front edge is lowest.
     Eigen::Vector3f normals[2];
     for (const bool wall : {true, false}) {
         std::vector<Eigen::Index> chosen;
         for (Eigen::Index v = 0; v < V.rows(); ++v) {
             const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology.x[pixel], y = made.layers.topology.y[pixel];
             const float disparity = made.layers.column<ldi::disparity_column>()[pixel];
-            if (wall ? disparity < 0.05F && y < 220 : x > 115 && y > 358) chosen.push_back(v);
+            const bool is_chosen = wall ? disparity < 0.05F && y < 220 : x > 115 && y > 358;
+            if (is_chosen && made.layers.column<ldi::known_column>()[pixel] != 0) chosen.push_back(v);
         }
         const auto [normal, rms] = plane_through(V(chosen, Eigen::all));
         std::printf("%s: %zu vertices, %.1f mm from their plane (rms)\n", wall ? "wall " : "table", chosen.size(), 1000 * rms);
