@@ -224,8 +224,7 @@ private:
         const std::lock_guard lock(mutex_);
         used_ -= charge(bytes);
     }
-    /// With a quarter more for gaps between blocks and for what is not allocated here, such as files being encoded; measured: 16
-    /// %.
+    /// A quarter more, for gaps between blocks and for what is allocated elsewhere, such as files being encoded (measured: 16 %).
     static std::size_t charge(std::size_t bytes) { return bytes + bytes / 4; }
 
     memory_share& share_;

@@ -61,7 +61,7 @@ std::vector<std::byte> encode_png_as(const image<Scalar>& picture, png_uint_32 f
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);  // an upper bound, so that one pass of compression is enough
     std::vector<std::byte> bytes(size);
     if (png_image_write_to_memory(&description, bytes.data(), &size, 0, picture.data(), 0, nullptr) == 0) {
-        for (const char* const said : {"insufficient memory", "out of memory"})
+        for (const char* const said : {"nsufficient memory", "ut of memory"})
             if (std::strstr(description.message, said) != nullptr) out_of_memory();
         too_large(description.message);
     }

@@ -109,7 +109,12 @@ struct opened_tiff {
     opened_tiff(const opened_tiff&) = delete;  // libtiff keeps the address of `memory`
     opened_tiff& operator=(const opened_tiff&) = delete;
 
-    [[noreturn]] void broken(const std::string& where) const { damaged(picture_format::tiff, where, memory.complaint); }
+    [[noreturn]] void broken(const std::string& where) const {
+        for (const char* const said : {"No space", "ut of memory", "nsufficient memory", "o allocate memory"})
+            if (memory.complaint.find(said) != std::string::npos)
+                raise(error_code::out_of_memory, where, "memory for a picture", memory.complaint);
+        damaged(picture_format::tiff, where, memory.complaint);
+    }
 
 private:
     void read_header(const std::string& where) {
