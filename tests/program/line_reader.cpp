@@ -23,8 +23,10 @@ TEST_CASE("lines come one by one, with their numbers") {
 }
 
 TEST_CASE("a line beyond the limit is cut off, and those behind it are read") {
-    std::istringstream text(std::string(line_reader::max_bytes, 'a') + "\n" + std::string(line_reader::max_bytes + 5, 'b') +
-                            "\nc\n");
+    std::string written;
+    written.append(line_reader::max_bytes, 'a').append("\n");
+    written.append(line_reader::max_bytes + 5, 'b').append("\nc\n");
+    std::istringstream text(written);
     line_reader lines(text);
     REQUIRE(lines.next());
     CHECK_FALSE(lines.is_too_long());
