@@ -15,13 +15,16 @@
 #define LDI_TEST_COUNTS_BLOCKS
 #endif
 #endif
-#if defined(LDI_TEST_COUNTS_BLOCKS)
-#include <sanitizer/allocator_interface.h>
-#endif
-
 #include <atomic>
 #include <cstddef>
 #include <optional>
+
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+// Of sanitizer/allocator_interface.h, which clang brings along and g++ does not.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
+                                                         void (*)(const volatile void*));
+extern "C" std::size_t __sanitizer_get_allocated_size(const volatile void*);
+#endif
 
 namespace ldi::testing {
 
@@ -29,6 +32,13 @@ namespace ldi::testing {
 inline constexpr bool measures_memory = true;
 #else
 inline constexpr bool measures_memory = false;
+#endif
+
+/// Whether that is what lies in memory; else it is what was allocated, of which libraries leave much untouched.
+#if defined(LDI_TEST_COUNTS_BLOCKS)
+inline constexpr bool measures_resident_memory = false;
+#else
+inline constexpr bool measures_resident_memory = measures_memory;
 #endif
 
 #if defined(LDI_TEST_COUNTS_BLOCKS)
@@ -43,9 +53,7 @@ inline void count_blocks() {
             while (out > most && !most_bytes_out.compare_exchange_weak(most, out)) {
             }
         },
-        [](const volatile void* block) {
-            bytes_out -= static_cast<long long>(__sanitizer_get_allocated_size(const_cast<const void*>(block)));
-        });
+        [](const volatile void* block) { bytes_out -= static_cast<long long>(__sanitizer_get_allocated_size(block)); });
 }
 #endif
 
