@@ -56,8 +56,10 @@ ldi::photo3d make(const std::filesystem::path& file, const ldi::tiefenrausch& ne
     const picture photo = ldi::load_photo(file).color;
     for (const char* const ending : {"_depth.png", "_depth.npy", "_depth.pfm"}) {
         const std::filesystem::path depth = file.parent_path() / (file.stem().string() + ending);
-        if (std::filesystem::exists(depth))
-            return ldi::make_photo3d(photo, ldi::given_disparity{ldi::load_depth_map(depth)}, inpainter, options, threads);
+        if (!std::filesystem::exists(depth)) continue;
+        ldi::photo3d_options without_unit = options;
+        without_unit.normalize.is_inverse_depth = false;
+        return ldi::make_photo3d(photo, ldi::given_disparity{ldi::load_depth_map(depth)}, inpainter, without_unit, threads);
     }
     return ldi::make_photo3d(photo, network, inpainter, options, threads);
 }
