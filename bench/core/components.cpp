@@ -4,13 +4,14 @@
 #include <ldi/core/components.hpp>
 
 #include "bench/core/photo_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <benchmark/benchmark.h>
 
 namespace {
 
-void connected_components(benchmark::State& state, const ldi::graph& g) {
+void connected_components(benchmark::State& state, const ldi::graph_view& g) {
     std::size_t count = 0;
     for (auto _ : state) {
         const ldi::components found = ldi::connected_components(g);
@@ -38,7 +39,7 @@ BENCHMARK(components_of_image)->Unit(benchmark::kMillisecond);
 /// A tenth of all links is missing: short runs and many small components.
 void components_of_noise(benchmark::State& state) {
     std::mt19937 random(1);
-    ldi::graph g = ldi::make_grid(ldi::benchmarks::photo_width, ldi::benchmarks::photo_height);
+    ldi::testing::sketched_graph g(ldi::make_grid(ldi::benchmarks::photo_width, ldi::benchmarks::photo_height));
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
         for (const ldi::side s : {ldi::side::up, ldi::side::left})
             if (ldi::testing::chance(random, 10)) g.unlink(i, s);

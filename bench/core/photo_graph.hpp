@@ -1,6 +1,8 @@
 // The graph of a real photo at the paper's size, for the benchmarks of core.
 #pragma once
 
+#include "tests/support/sketched_graph.hpp"
+
 #include <ldi/core/graph.hpp>
 #include <ldi/formats/photo.hpp>
 
@@ -23,7 +25,7 @@ inline std::optional<graph> photo_graph() {
     const std::filesystem::path path = std::filesystem::path(LDI_SHARED_DIR) / "rgbd" / "lensblur_exifr_disparity.png";
     if (!std::filesystem::exists(path)) return std::nullopt;
     const image<std::uint8_t> disparity = load_photo(path).color;
-    graph g = make_grid(photo_width, photo_height);
+    testing::sketched_graph g(make_grid(photo_width, photo_height));
     const auto value = [&](std::int32_t pixel) {
         const std::size_t x = static_cast<std::size_t>(pixel % photo_width) * disparity.width() / photo_width;
         const std::size_t y = static_cast<std::size_t>(pixel / photo_width) * disparity.height() / photo_height;

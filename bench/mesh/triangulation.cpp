@@ -79,7 +79,7 @@ workload load() {
     const ldi::photo3d photo =
         ldi::make_photo3d(ldi::load_photo(has_shared ? shared / "iphone_a.jpg" : sample / "sample.jpg").color, depth,
                           ldi::diffusion_inpainter(), options, one_thread);
-    const ldi::flat_mesh mesh = ldi::build_flat_mesh(photo.layers, photo.charts, options.mesh, one_thread);
+    const ldi::flat_mesh mesh = ldi::build_flat_mesh(photo.layers, photo.facts.range, photo.charts, options.mesh, one_thread);
     workload result;
     for (std::size_t c = 0; c < mesh.charts.size(); ++c) {
         result.charts.push_back(polygon_of(mesh, c));

@@ -147,7 +147,7 @@ std::vector<layer_cost> layer_costs(const ldi::inpainting_architecture& a,
 void print_steps(const ldi::farbrausch& network, const ldi::photo_layers& layers, const measurement& m) {
     const ldi::inpainting_architecture& a = network.architecture();
     const std::size_t depth = a.channels.size();
-    const auto levels = ldi::detail::plan_farbrausch(layers.topology, a.kernels, unknown_of(layers));
+    const auto levels = ldi::detail::plan_farbrausch(layers.topology(), a.kernels, unknown_of(layers));
     std::printf("%-12s %10s %8s %8s\n", "step", "median ms", "fewest", "GMAC/s");
     double products_in_all = 0;
     const std::vector<layer_cost> costs = layer_costs(a, levels);
@@ -190,7 +190,7 @@ void run(const char* name, const ldi::photo_layers& layers, int runs, bool in_de
         const measurement m = measure(network, layers, unknown, runs);
         if (in_detail) print_steps(network, layers, m);
         std::printf("%s, %d x %d, %zu pixels, %zu unknown, %s: median %.1f ms, fewest %.1f; peak %.1f MB", name,
-                    layers.topology.width, layers.topology.height, layers.size(),
+                    layers.topology().width(), layers.topology().height(), layers.size(),
                     static_cast<std::size_t>(std::count(unknown.begin(), unknown.end(), std::uint8_t{1})),
                     std::string(to_string(kind)).c_str(), median(m.whole), *std::min_element(m.whole.begin(), m.whole.end()),
                     static_cast<double>(m.peak_bytes) / 1e6);
@@ -245,7 +245,7 @@ void compare_with_full_size() {
                 // Of the picture every pixel, as networks' multiplications are counted.
                 const ldi::buffer<std::uint8_t> wanted =
                     layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
-                for (const layer_cost& cost : layer_costs(a, ldi::detail::plan_farbrausch(layers->topology, a.kernels, wanted))) {
+                for (const layer_cost& cost : layer_costs(a, ldi::detail::plan_farbrausch(layers->topology(), a.kernels, wanted))) {
                     giga[which] += static_cast<double>(cost.products) / 1e9;
                     weights += cost.weights;
                 }

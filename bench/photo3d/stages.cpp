@@ -77,9 +77,9 @@ const auto registered = [] {
             ldi::unmix_colors(lifted, options.mixed_colors);
             return lifted;
         });
-        const auto curves = ldi::find_discontinuity_curves(layers, options.curves);
+        const auto curves = ldi::find_discontinuity_curves(layers, {}, options.curves);
         ldi::close_spurious_discontinuities(layers, curves);
-        return ldi::expand(std::move(layers), std::span<const ldi::discontinuity_curve>(curves), options.expand);
+        return ldi::expand(std::move(layers), {}, std::span<const ldi::discontinuity_curve>(curves), options.expand).layers;
     });
     measure("color inpainting (diffusion)", 540, [](benchmark::State& state) {
         ldi::photo_layers layers = untimed(state, [] { return photo().layers; });
@@ -91,11 +91,11 @@ const auto registered = [] {
         ldi::add_texture(layers, options.texture, options.grain);
         return layers;
     });
-    measure("chart generation", 72, [](benchmark::State&) { return ldi::make_charts(photo().layers, options.charts); });
+    measure("chart generation", 72, [](benchmark::State&) { return ldi::make_charts(photo().layers, {}, options.charts); });
     measure("chart padding", 151,
             [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
     measure("meshing", 11,
-            [](benchmark::State&) { return ldi::build_mesh(photo().layers, photo().charts, photo().atlas, options.mesh); });
+            [](benchmark::State&) { return ldi::build_mesh(photo().layers, photo().facts, photo().charts, photo().atlas, options.mesh); });
     return true;
 }();
 

@@ -17,14 +17,14 @@
 namespace ldi_quality {
 
 /// The farthest places to all sides, level with the photo's, before it and behind it, straight on too; and the ends of the paths.
-inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::photo_layers& layers) {
+inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::photo_facts& photo) {
     std::vector<std::pair<std::string, ldi::view>> result;
     const auto add = [&](const std::string& name, const std::array<float, 3>& direction) {
-        const float far = 0.99F * layers.range.z_near;  // in front of what is nearest
+        const float far = 0.99F * photo.range.z_near;  // in front of what is nearest
         ldi::view v;
-        v.camera = layers.camera;
-        v.position = ldi::within_motion({far * direction[0], far * direction[1], far * direction[2]}, layers.camera, layers.range,
-                                        layers.motion);
+        v.camera = photo.camera;
+        v.position = ldi::within_motion({far * direction[0], far * direction[1], far * direction[2]}, photo.camera, photo.range,
+                                        photo.motion);
         result.emplace_back(name, v);
     };
     for (const float forward : {-1.0F, 0.0F, 0.5F, 1.0F})
@@ -35,13 +35,13 @@ inline std::vector<std::pair<std::string, ldi::view>> extreme_views(const ldi::p
         }
     add("forwards", {0, 0, -1}), add("back", {0, 0, 1});
     ldi::path_options options;
-    options.motion = layers.motion;
+    options.motion = photo.motion;
     for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
                                      {"swing", ldi::camera_path::swing},
                                      {"zoom-in", ldi::camera_path::zoom_in},
                                      {"dolly-zoom", ldi::camera_path::dolly_zoom}})
         for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
-            result.emplace_back(name, ldi::view_on_path(path, layers.camera, layers.range, time, options));
+            result.emplace_back(name, ldi::view_on_path(path, photo.camera, photo.range, time, options));
     return result;
 }
 
@@ -54,11 +54,11 @@ struct extreme {
 template <ldi::executor Executor>
 extreme worst_extreme(const ldi::photo3d& photo, Executor& threads) {
     ldi::raster_options raster;
-    raster.z_near = 1e-3F * photo.layers.range.z_near;
+    raster.z_near = 1e-3F * photo.facts.range.z_near;
     extreme worst;
-    for (const auto& [name, from] : extreme_views(photo.layers)) {
+    for (const auto& [name, from] : extreme_views(photo.facts)) {
         // A hundredth less: frame_within() lets a pixel of the border be seen.
-        const float size = 0.99F * ldi::frame_within(std::span(&from, 1), photo.layers.camera, photo.layers.range);
+        const float size = 0.99F * ldi::frame_within(std::span(&from, 1), photo.facts.camera, photo.facts.range);
         const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, ldi::framed(from, size), raster, threads);
         const double uncovered = 1 - share(seen.coverage);
         if (uncovered > worst.uncovered) worst = {uncovered, name};

@@ -36,7 +36,7 @@ struct arguments {
 /// The pixels around a hole, four times as large, over magenta.
 picture crop_of(const ldi::photo3d& made, const ldi::view& from, const hole& h) {
     ldi::raster_options raster;
-    raster.z_near = 1e-3F * made.layers.range.z_near;
+    raster.z_near = 1e-3F * made.facts.range.z_near;
     raster.background = {255, 0, 255};
     const picture seen = ldi::rasterize(made.mesh, made.atlas.color, from, raster).color;
     constexpr std::int32_t side = 120, times = 4;
@@ -82,12 +82,12 @@ void run(const arguments& a) {
         const auto start = std::chrono::steady_clock::now();
         const ldi::photo3d made = make(file, network, inpainter, options, threads);
         const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-        const hole_report r = count_holes(made.mesh, made.layers, a.picture_side, threads);
+        const hole_report r = count_holes(made.mesh, made.facts, a.picture_side, threads);
         const std::int64_t largest_here = r.holes.empty() ? 0 : r.holes.front().pixels;
         std::printf("| %s | %zu of %zu | %lld | %lld | %zu | %zu | %zu | %.0f |\n", file.filename().c_str(), r.views_with_holes,
                     r.views, static_cast<long long>(r.most_pixels), static_cast<long long>(largest_here), r.holes.size(),
                     made.mesh.triangle_count(), made.layers.size() - made.photo.size() / 3, ms);
-        const std::vector<named_view> from = allowed_views(made.layers, a.picture_side);
+        const std::vector<named_view> from = allowed_views(made.facts, a.picture_side);
         for (std::size_t i = 0; i < r.holes.size() && (a.prints_holes || i < a.most_crops); ++i) {
             const hole& h = r.holes[i];
             if (a.prints_holes)

@@ -60,15 +60,15 @@ inline ldi::view widened(ldi::view from, std::int32_t long_side) {
 
 /// The limits of the camera's motion and places halfway there: eight directions, level with the photo, before it and behind it;
 /// straight on and back; and along every named path.
-inline std::vector<named_view> allowed_views(const ldi::photo_layers& layers, std::int32_t long_side) {
+inline std::vector<named_view> allowed_views(const ldi::photo_facts& photo, std::int32_t long_side) {
     std::vector<named_view> result;
     const auto add = [&](const std::array<float, 3>& direction, float share) {
-        const float far = 0.99F * layers.range.z_near;  // in front of the nearest surface
+        const float far = 0.99F * photo.range.z_near;  // in front of the nearest surface
         std::array<float, 3> limit = ldi::within_motion({far * direction[0], far * direction[1], far * direction[2]},
-                                                        layers.camera, layers.range, layers.motion);
+                                                        photo.camera, photo.range, photo.motion);
         for (float& coordinate : limit) coordinate *= share;
         named_view v{std::to_string(limit[0]) + " " + std::to_string(limit[1]) + " " + std::to_string(limit[2]), {}};
-        v.from.camera = layers.camera, v.from.position = limit;
+        v.from.camera = photo.camera, v.from.position = limit;
         v.from = widened(v.from, long_side);
         result.push_back(std::move(v));
     };
@@ -81,14 +81,14 @@ inline std::vector<named_view> allowed_views(const ldi::photo_layers& layers, st
         add({0, 0, -1}, share), add({0, 0, 1}, share);
     }
     ldi::path_options options;
-    options.motion = layers.motion;
+    options.motion = photo.motion;
     for (const auto& [name, path] : {std::pair{"circle", ldi::camera_path::circle},
                                      {"swing", ldi::camera_path::swing},
                                      {"zoom-in", ldi::camera_path::zoom_in},
                                      {"dolly-zoom", ldi::camera_path::dolly_zoom}})
         for (const float time : {0.125F, 0.25F, 0.5F, 0.75F, 1.0F})
             result.push_back({std::string(name) + " " + std::to_string(time),
-                              widened(ldi::view_on_path(path, layers.camera, layers.range, time, options), long_side)});
+                              widened(ldi::view_on_path(path, photo.camera, photo.range, time, options), long_side)});
     return result;
 }
 
@@ -164,15 +164,15 @@ struct hole_report {
 
 /// Counts the holes in a mesh from all allowed views, at a long side of `long_side` pixels.
 template <ldi::executor Executor>
-hole_report count_holes(const ldi::textured_mesh& mesh, const ldi::photo_layers& layers, std::int32_t long_side,
+hole_report count_holes(const ldi::textured_mesh& mesh, const ldi::photo_facts& photo, std::int32_t long_side,
                         Executor&& threads) {
     ldi::raster_options raster;
-    raster.z_near = 1e-3F * layers.range.z_near;
+    raster.z_near = 1e-3F * photo.range.z_near;
     const ldi::image<std::uint8_t> white(1, 1, 3);
     hole_report result;
-    for (const named_view& v : allowed_views(layers, long_side)) {
+    for (const named_view& v : allowed_views(photo, long_side)) {
         const ldi::rendering seen = ldi::rasterize(mesh, white, v.from, raster, threads);
-        const std::vector<hole> found = find_holes(seen.coverage, frame_test(v.from, layers.camera, layers.range), result.views);
+        const std::vector<hole> found = find_holes(seen.coverage, frame_test(v.from, photo.camera, photo.range), result.views);
         std::int64_t pixels = 0;
         for (const hole& h : found) pixels += h.pixels;
         result.most_pixels = std::max(result.most_pixels, pixels);

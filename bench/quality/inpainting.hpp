@@ -65,8 +65,8 @@ picture inpaint_picture(const Inpainter& inpainter, const ldi::rendering& r, Exe
 
 /// The share of the unknown pixels on surfaces without any known one: no inpainting can know their colors.
 inline double cut_off_share(const ldi::photo_layers& layers) {
-    const ldi::components parts = ldi::connected_components(layers.topology);
-    const ldi::buffer<std::uint8_t>& known = layers.column<ldi::known_column>();
+    const ldi::components parts = ldi::connected_components(layers.topology());
+    const auto known = layers.column<ldi::known_column>();
     ldi::buffer<std::uint8_t> has_known(parts.count(), 0);
     for (std::size_t i = 0; i < known.size(); ++i)
         if (known[i] != 0) has_known[static_cast<std::size_t>(parts.label[i])] = 1;
@@ -80,16 +80,15 @@ inline double cut_off_share(const ldi::photo_layers& layers) {
 
 /// One layer, its depth cleaned and its tears closed as make_photo3d() does before it expands.
 template <ldi::executor Executor>
-ldi::photo_layer lift_cleaned(const subject& s, Executor& threads) {
+ldi::photo_layers lift_cleaned(const subject& s, Executor& threads) {
     ldi::normalize_options normalize;
     normalize.clipped_share = 0;
     normalize.largest_depth_ratio = 1e6F;
     ldi::image<float> disparity = ldi::weighted_median(ldi::normalize(s.inverse_depth, normalize).disparity, {}, {}, threads);
     ldi::merge_middle_components(disparity);
     ldi::photo_layer lifted = ldi::lift(s.photo, disparity, {}, threads);
-    lifted.range = s.range();
-    ldi::close_spurious_discontinuities(lifted, ldi::find_discontinuity_curves(lifted));
-    return lifted;
+    ldi::close_spurious_discontinuities(lifted, ldi::find_discontinuity_curves(lifted, {}));
+    return ldi::expand(std::move(lifted), {}, {}).layers;
 }
 
 /// shift  in pixels: how far the nearest surface moves; the canonical view lies that much to the left
@@ -97,18 +96,18 @@ template <ldi::executor Executor>
 inpainting_result measure_inpainting(const subject& s, float shift, const ldi::farbrausch& network,
                                      const lpips_network& perceived, const std::filesystem::path& folder, Executor& threads) {
     const ldi::depth_range range = s.range();
-    const ldi::photo_layer lifted = lift_cleaned(s, threads);
+    const ldi::photo_layers lifted = lift_cleaned(s, threads);
     ldi::view original, canonical;
     original.camera = s.camera;
     canonical = ldi::moved_view(s.camera, range, 1, shift);
     canonical.camera.width += 2 * static_cast<std::int32_t>(std::ceil(std::abs(shift)));  // nothing moves out of its picture
     ldi::peel_options peel_options;
     peel_options.z_near = 1e-3F;
-    const ldi::photo_layers peeled = ldi::peel(lifted, original, canonical, peel_options, threads);
+    const ldi::photo_layers peeled = ldi::peel(lifted, range, original, canonical, peel_options, threads).layers;
     ldi::raster_options raster;
     raster.z_near = 1e-3F;
     const auto reproject = [&](const ldi::photo_layers& layers) {
-        return ldi::render_layers(layers, canonical, original, raster, threads);
+        return ldi::render_layers(layers, range, canonical, original, raster, threads);
     };
 
     const ldi::buffer<std::size_t> layer = ldi::examples::layer_of_pixels(peeled);

@@ -86,8 +86,8 @@ void print_photographs(const std::vector<named_network>& networks, const std::fi
             closed[i].push_back(share_closed(made.photo, made.disparity, made.curves, options.surface));
             strip.push_back(shown(made.disparity));
             if (i + 1 < networks.size()) continue;
-            const float movement = 0.04F * static_cast<float>(std::max(made.layers.camera.width, made.layers.camera.height));
-            const ldi::view beside = ldi::moved_view(made.layers.camera, made.layers.range, 1, -movement);
+            const float movement = 0.04F * static_cast<float>(std::max(made.facts.camera.width, made.facts.camera.height));
+            const ldi::view beside = ldi::moved_view(made.facts.camera, made.facts.range, 1, -movement);
             strip.push_back(ldi::rasterize(made.mesh, made.atlas.color, beside, {}, threads).color);
         }
         ldi::save_png(folder / ("photograph_" + file.stem().string() + ".png"), side_by_side(strip, 288, threads));

@@ -64,12 +64,12 @@ inline silhouette_distance distance_of_silhouettes(const std::vector<side_middle
 inline double share_closed(const picture& photo, const ldi::image<float>& disparity,
                            std::span<const ldi::discontinuity_curve> curves, ldi::surface_rule surface) {
     const ldi::photo_layer lifted = ldi::lift(photo, disparity, surface);
-    const ldi::graph& g = lifted.topology;
+    const ldi::graph& g = lifted.topology();
     double steps = 0, kept = 0;
-    for (std::int32_t y = 0, pixel = 0; y < g.height; ++y)
-        for (std::int32_t x = 0; x < g.width; ++x, ++pixel) {
-            steps += x + 1 < g.width && g.right[pixel] == ldi::no_pixel ? 1 : 0;
-            steps += y + 1 < g.height && g.down[pixel] == ldi::no_pixel ? 1 : 0;
+    for (std::int32_t y = 0, pixel = 0; y < g.height(); ++y)
+        for (std::int32_t x = 0; x < g.width(); ++x, ++pixel) {
+            steps += x + 1 < g.width() && g.right()[pixel] == ldi::no_pixel ? 1 : 0;
+            steps += y + 1 < g.height() && g.down()[pixel] == ldi::no_pixel ? 1 : 0;
         }
     for (const ldi::discontinuity_curve& curve : curves) kept += static_cast<double>(curve.sides.size());
     return steps > 0 ? 1 - kept / steps : 0;

@@ -107,9 +107,9 @@ void print_sizes(const Inpainter& inpainter) {
         const ldi::photo3d made = convert(p, inpainter, (&p == &measured ? memory : not_asked_for).listener());
         const std::vector<std::byte> jpeg = ldi::encode_jpeg(made.atlas.color, 85);
         ldi::glb_options options;
-        options.camera = made.layers.camera;
+        options.camera = made.facts.camera;
         std::printf("| %s | %d x %d | %zu | %zu | %zu | %zu | %zu x %zu | %.0f %% |\n", p.photo.filename().c_str(),
-                    made.layers.camera.width, made.layers.camera.height, ldi::encode_glb(made.mesh, jpeg, options).size() / 1000,
+                    made.facts.camera.width, made.facts.camera.height, ldi::encode_glb(made.mesh, jpeg, options).size() / 1000,
                     jpeg.size() / 1000, made.mesh.triangle_count(), made.charts.charts.size(), made.atlas.color.width(),
                     made.atlas.color.height(), 100.0 * static_cast<double>(made.atlas.fill));
     }

@@ -26,7 +26,7 @@ const ldi::photo_layers& scene() {
 }
 
 const ldi::chart_set& charts() {
-    static const ldi::chart_set result = ldi::make_charts(scene());
+    static const ldi::chart_set result = ldi::make_charts(scene(), {});
     return result;
 }
 
@@ -37,7 +37,7 @@ void report(benchmark::State& state) {
 
 void chart_generation(benchmark::State& state) {
     charts();
-    for (auto _ : state) benchmark::DoNotOptimize(ldi::make_charts(scene()));
+    for (auto _ : state) benchmark::DoNotOptimize(ldi::make_charts(scene(), {}));
     report(state);
 }
 BENCHMARK(chart_generation)->Unit(benchmark::kMillisecond);

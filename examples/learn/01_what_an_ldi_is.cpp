@@ -15,7 +15,7 @@ int main() {
 
     // A single layer: every pixel is linked to those neighbors that are at nearly its own distance.
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front);
+    const auto curves = ldi::find_discontinuity_curves(front, {});
     ldi::close_spurious_discontinuities(front, curves);
     const std::size_t pixels_of_photo = front.size();
     std::vector<std::pair<learn::spot, learn::spot>> cuts;  // where neighbors in the photo are not linked
@@ -23,18 +23,18 @@ int main() {
         if (d.towards_front == ldi::side::left) cuts.emplace_back(learn::spot_of(front, d.front), learn::spot_of(front, d.back));
 
     // The surface behind each silhouette grows under what hides it, and gets colors.
-    ldi::photo_layers layers = ldi::expand(std::move(front), curves, {.motion = 1.0F, .iterations = 4});
+    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
 
     std::size_t links = 0;
     for (const ldi::side s : ldi::all_sides)
-        for (const std::int32_t neighbor : layers.topology.neighbors(s)) links += neighbor != ldi::no_pixel ? 1 : 0;
+        for (const std::int32_t neighbor : layers.topology().neighbors(s)) links += neighbor != ldi::no_pixel ? 1 : 0;
     std::printf("%zu pixels of the photo, %zu hidden ones, %zu links\n", pixels_of_photo, layers.size() - pixels_of_photo,
                 links / 2);
 
     learn::canvas sheet(1000, 580);
     learn::draw_pixels(sheet, photo.color, {20, 142}, 17);
-    learn::side_view from(layers.topology, {765, 272}, 27, 42);
+    learn::side_view from(layers.topology(), {765, 272}, 27, 42);
     learn::draw_tiles(sheet, layers, from, [&](std::int32_t i) { return learn::color_of(layers, i); });
     for (const auto& [near_side, far_side] : cuts) sheet.line(from(near_side), from(far_side), 1.5F, learn::cut);
     ldi::save_png("01_what_an_ldi_is.png", sheet.result());

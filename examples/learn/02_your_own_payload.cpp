@@ -1,10 +1,11 @@
 // Pixels hold what you say they hold. A column of normals is added to the lifted photo; from there each stage carries it along,
-// also to the hidden pixels that expand() makes, and each vertex of the mesh knows the pixel whose normal it has. So the photo
-// can be lit by a lamp that was not there.
+// also to the hidden pixels that expand() makes, and gather() brings it to the vertices of the mesh. So the photo can be lit by a
+// lamp that was not there.
 #include "drawing.hpp"
 #include "sample.hpp"
 
 #include <ldi/mesh/build_mesh.hpp>
+#include <ldi/mesh/gather.hpp>
 #include <ldi/occlusion/diffusion_inpainter.hpp>
 
 #include <cmath>
@@ -16,12 +17,12 @@ struct normal {
     static constexpr std::size_t channels = 3;
 };
 
-/// Of each pixel, from those that it is linked to.
-ldi::buffer<float> normals_of(const ldi::photo_layer& layer) {
-    const ldi::graph& g = layer.topology;
+/// Normal of each pixel, from its neighbors.
+ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_facts& facts) {
+    const ldi::graph& g = layer.topology();
     const auto place = [&](std::int32_t i) {
         const learn::spot s = learn::spot_of(layer, i);
-        return layer.camera.unproject(s.x, s.y, layer.range.depth(s.disparity));
+        return facts.camera.unproject(s.x, s.y, facts.range.depth(s.disparity));
     };
     ldi::buffer<float> normals;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
@@ -38,22 +39,25 @@ ldi::buffer<float> normals_of(const ldi::photo_layer& layer) {
 
 int main() {
     const learn::sample photo = learn::load_sample(learn::archway, 1);
-    const ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
-    auto layer = ldi::add_column<normal>(lifted, normals_of(lifted));
-    const auto curves = ldi::find_discontinuity_curves(layer);
+    ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
+    const ldi::photo_facts facts = learn::facts_of(photo);
+    ldi::buffer<float> normals = normals_of(lifted, facts);
+    auto layer = std::move(lifted).with<normal>(std::move(normals));
+    const auto curves = ldi::find_discontinuity_curves(layer, facts.surface);
     ldi::close_spurious_discontinuities(layer, curves);
-    auto layers = ldi::expand(std::move(layer), curves);
+    auto layers = ldi::expand(std::move(layer), facts.surface, curves).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
-    const ldi::chart_set charts = ldi::make_charts(layers);
-    const ldi::textured_mesh mesh = ldi::build_mesh(layers, charts, ldi::make_atlas(layers, charts));
+    const ldi::chart_set charts = ldi::make_charts(layers, facts.surface);
+    const ldi::textured_mesh mesh = ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts));
+    const ldi::buffer<float> at_vertices = ldi::gather<normal>(mesh, layers, facts.camera);
 
     const auto lit = [&](std::uint32_t vertex) {  // by a lamp on the right, in warm light
-        const auto n = layers.at<normal>(mesh.pixels[vertex]);
+        const float* n = at_vertices.data() + 3 * std::size_t{vertex};
         const float light = (0.15F + (std::max)(0.85F * n[0] + 0.3F * n[1] + 0.4F * n[2], 0.0F)) / 255.0F;
         const auto c = layers.at<ldi::color_column>(mesh.pixels[vertex]);
         return std::array<float, 3>{1.2F * light * c[0], light * c[1], 0.7F * light * c[2]};
     };
-    const learn::picture result = learn::side_by_side({photo.color, learn::draw_triangles(mesh, layers.camera, lit)});
-    std::printf("%zu normals, %zu of them of hidden pixels\n", layers.size(), layers.size() - lifted.size());
+    const learn::picture result = learn::side_by_side({photo.color, learn::draw_triangles(mesh, facts.camera, lit)});
+    std::printf("%zu normals, %zu of them of hidden pixels\n", layers.size(), layers.size() - photo.color.size() / 3);
     ldi::save_jpeg("02_your_own_payload.jpg", result);
 }

@@ -15,17 +15,17 @@ constexpr std::int32_t size = 5;
 int main() {
     const learn::sample photo = learn::load_sample(learn::globe, 14);
     ldi::photo_layer front = ldi::lift(photo.color, photo.disparity);
-    const auto curves = ldi::find_discontinuity_curves(front);
+    const auto curves = ldi::find_discontinuity_curves(front, {});
     ldi::close_spurious_discontinuities(front, curves);
-    ldi::photo_layers layers = ldi::expand(std::move(front), curves, {.motion = 1.0F, .iterations = 4});
+    ldi::photo_layers layers = ldi::expand(std::move(front), {}, curves, {.motion = 1.0F, .iterations = 4}).layers;
     ldi::diffusion_inpainter{}.inpaint(layers);
-    const ldi::graph& g = layers.topology;
+    const ldi::graph& g = layers.topology();
     std::vector<learn::picture> panels;
     for (const bool on_globe : {false, true}) {
         // In the middle row of the photo the globe ends at x = 14, and the wall goes on at x = 15.
         std::int32_t center = 0;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
-            if (g.y[i] == g.height / 2 && layers.column<ldi::known_column>()[i] != 0 && g.x[i] == (on_globe ? 14 : 15))
+            if (g.y()[i] == g.height() / 2 && layers.column<ldi::known_column>()[i] != 0 && g.x()[i] == (on_globe ? 14 : 15))
                 center = i;
 
         std::int32_t window[size * size];

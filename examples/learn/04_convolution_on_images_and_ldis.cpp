@@ -20,7 +20,7 @@ ldi::feature_map averaged(const ldi::photo_layers& layers) {
 
     ldi::feature_map colors(layers.size(), 3);
     colors.values.assign(layers.column<ldi::color_column>().begin(), layers.column<ldi::color_column>().end());
-    return average(ldi::plan_convolution(layers.topology, 9), colors);
+    return average(ldi::plan_convolution(layers.topology(), 9), colors);
 }
 
 learn::picture picture_of(const ldi::photo_layers& layers, const ldi::feature_map& colors) {
@@ -33,8 +33,8 @@ learn::picture picture_of(const ldi::photo_layers& layers, const ldi::feature_ma
 int main() {
     const learn::sample photo = learn::load_sample(learn::archway, 2);
     const ldi::photo_layers layered = learn::layers_of(photo, 0);  // the photo's own pixels, linked inside surfaces only
-    ldi::photo_layers grid = layered;
-    grid.topology = ldi::make_grid(layered.topology.width, layered.topology.height);
+    ldi::photo_layers grid(ldi::make_grid(layered.topology().width(), layered.topology().height()));
+    grid.set_column<ldi::color_column>(layered.column<ldi::color_column>().copy());
 
     const learn::picture on_image = picture_of(grid, averaged(grid)), on_layers = picture_of(layered, averaged(layered));
 

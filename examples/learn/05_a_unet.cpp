@@ -12,7 +12,7 @@ struct unet {
     ldi::convolution_layer encode, decode;  // one of each, used at every level
 
     /// fine  what each pixel of g holds
-    ldi::feature_map operator()(const ldi::graph& g, const ldi::feature_map& fine, int levels) const {
+    ldi::feature_map operator()(const ldi::graph_view& g, const ldi::feature_map& fine, int levels) const {
         if (levels == 0) return fine;
         const ldi::coarsened half = ldi::coarsen(g);
         const ldi::convolution_plan down = ldi::plan_convolution(g, 3, half), here = ldi::plan_convolution(g, 3);
@@ -42,7 +42,7 @@ int main() {
         for (std::size_t c = 0; c < 3; ++c) input.at(i)[c] = known * layers.at<ldi::color_column>(i)[c] / 255.0F;
         input.at(i)[3] = known;
     }
-    const ldi::feature_map output = averaging_unet()(layers.topology, input, 5);
+    const ldi::feature_map output = averaging_unet()(layers.topology(), input, 5);
 
     const auto behind = [&](const ldi::feature_map& colors) {
         return learn::seen(layers, true, [&](std::int32_t i) {

@@ -15,7 +15,7 @@ int main() {
     ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::archway, 2), 30);
     ldi::diffusion_inpainter{}.inpaint(layers);
 
-    const ldi::chart_set charts = ldi::make_charts(layers);
+    const ldi::chart_set charts = ldi::make_charts(layers, {});
     const ldi::texture_atlas atlas = ldi::make_atlas(layers, charts);
 
     std::printf("%zu pixels in %zu charts; the atlas has %zu x %zu texels, %.0f %% of them pixels\n", layers.size(),

@@ -46,7 +46,7 @@ int main() {
     for (const bool wall : {true, false}) {
         std::vector<Eigen::Index> chosen;
         for (Eigen::Index v = 0; v < V.rows(); ++v) {
-            const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology.x[pixel], y = made.layers.topology.y[pixel];
+            const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology().x()[pixel], y = made.layers.topology().y()[pixel];
             const float disparity = made.layers.column<ldi::disparity_column>()[pixel];
             const bool is_chosen = wall ? disparity < 0.05F && y < 220 : x > 115 && y > 358;
             if (is_chosen && made.layers.column<ldi::known_column>()[pixel] != 0) chosen.push_back(v);

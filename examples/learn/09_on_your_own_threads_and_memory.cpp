@@ -52,7 +52,7 @@ int main() {
     const ldi::photo3d made =
         ldi::make_photo3d(photo.color, ldi::given_disparity{photo.disparity}, ldi::diffusion_inpainter{}, options, engine_jobs{});
     const ldi::buffer<std::byte> file = ldi::encode_glb(
-        made.mesh, made.atlas.color, {.camera = made.layers.camera, .motion = made.layers.motion, .range = made.layers.range});
+        made.mesh, made.atlas.color, {.camera = made.facts.camera, .motion = made.facts.motion, .range = made.facts.range});
     std::printf("%zu triangles in %zu bytes of GLB; at most %zu kB of the engine's memory at a time\n",
                 made.mesh.triangle_count(), file.size(), heap.peak / 1024);
     ldi::write_file("09_on_your_own_threads_and_memory.glb", file);

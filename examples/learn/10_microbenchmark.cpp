@@ -6,7 +6,7 @@
 
 #include <benchmark/benchmark.h>
 
-void convolution(benchmark::State& state, const ldi::graph& g) {
+void convolution(benchmark::State& state, const ldi::graph_view& g) {
     constexpr std::size_t channels = 16;
     const ldi::buffer<float> weights(channels * channels * 9, 0.01F), bias(channels, 0.0F);
     const ldi::convolution_layer layer(weights, bias, {.after = ldi::relu});
@@ -18,14 +18,14 @@ void convolution(benchmark::State& state, const ldi::graph& g) {
     state.counters["gathered windows, %"] = 100.0 * static_cast<double>(plan.irregular.size()) / static_cast<double>(g.size());
 }
 
-void plan(benchmark::State& state, const ldi::graph& g) {
+void plan(benchmark::State& state, const ldi::graph_view& g) {
     for (auto _ : state) benchmark::DoNotOptimize(ldi::plan_convolution(g, 3));
 }
 
 int main(int count, char** arguments) {
     const ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::everything, 2), 50);
-    const ldi::graph& layered = layers.topology;
-    const ldi::graph image = ldi::make_grid(layered.width, static_cast<std::int32_t>(layered.size()) / layered.width);
+    const ldi::graph& layered = layers.topology();
+    const ldi::graph image = ldi::make_grid(layered.width(), layered.count() / layered.width());
     benchmark::RegisterBenchmark("layered image/3x3 16->16", convolution, layered)->Unit(benchmark::kMillisecond);
     benchmark::RegisterBenchmark("image/3x3 16->16", convolution, image)->Unit(benchmark::kMillisecond);
     benchmark::RegisterBenchmark("layered image/plan", plan, layered)->Unit(benchmark::kMillisecond);

@@ -97,8 +97,8 @@ struct spot {
 /// The middle of a pixel.
 template <class Layers>
 spot spot_of(const Layers& layers, std::int32_t pixel, float dx = 0.0F, float dy = 0.0F) {
-    const ldi::graph& g = layers.topology;
-    return {static_cast<float>(g.x[pixel]) + 0.5F + dx, static_cast<float>(g.y[pixel]) + 0.5F + dy,
+    const ldi::graph& g = layers.topology();
+    return {static_cast<float>(g.x()[pixel]) + 0.5F + dx, static_cast<float>(g.y()[pixel]) + 0.5F + dy,
             layers.template column<ldi::disparity_column>()[pixel]};
 }
 
@@ -120,9 +120,9 @@ public:
     /// middle   where the middle of the lattice is drawn, at disparity 0
     /// tile     the side of a pixel, in pixels of the picture
     /// stretch  how many tiles disparity 1 stands out
-    side_view(const ldi::graph& g, point middle, float tile, float stretch)
-        : half_width_(0.5F * static_cast<float>(g.width)),
-          half_height_(0.5F * static_cast<float>(g.height)),
+    side_view(const ldi::graph_view& g, point middle, float tile, float stretch)
+        : half_width_(0.5F * static_cast<float>(g.width())),
+          half_height_(0.5F * static_cast<float>(g.height())),
           middle_(middle),
           tile_(tile),
           stretch_(stretch) {}
@@ -151,7 +151,7 @@ private:
 /// color(pixel)  of its tile
 template <class Layers, class Color>
 void draw_tiles(canvas& sheet, const Layers& layers, const side_view& from, Color&& color) {
-    const ldi::graph& g = layers.topology;
+    const ldi::graph& g = layers.topology();
     const auto at = [&](std::int32_t i, float dx, float dy) { return from(spot_of(layers, i, dx, dy)); };
     const auto square = [&](std::int32_t i, float half, rgb c) {
         sheet.polygon(std::array<point, 4>{{at(i, -half, -half), at(i, half, -half), at(i, half, half), at(i, -half, half)}}, c);
@@ -189,11 +189,11 @@ inline void draw_pixels(canvas& sheet, const picture& photo, point corner, float
 /// color(pixel)  red, green, blue
 template <class Layers, class Color>
 picture seen(const Layers& layers, bool farthest, Color&& color) {
-    const ldi::graph& g = layers.topology;
+    const ldi::graph& g = layers.topology();
     const auto& disparity = layers.template column<ldi::disparity_column>();
-    ldi::image<std::int32_t> pixel_at(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width), 1, ldi::no_pixel);
+    ldi::image<std::int32_t> pixel_at(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 1, ldi::no_pixel);
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
-        std::int32_t& there = pixel_at(g.y[i], g.x[i]);
+        std::int32_t& there = pixel_at(g.y()[i], g.x()[i]);
         if (there == ldi::no_pixel || (disparity[i] < disparity[there]) == farthest) there = i;
     }
     picture result(pixel_at.height(), pixel_at.width(), 3);

@@ -3,6 +3,7 @@
 
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/formats/depth_map.hpp>
 #include <ldi/formats/photo.hpp>
@@ -52,14 +53,22 @@ inline sample load_sample(const rectangle& part, std::size_t shrink) {
     return result;
 }
 
+/// The photo seen by a phone's main camera, over the default range of distances.
+inline ldi::photo_facts facts_of(const sample& from) {
+    const std::int32_t width = static_cast<std::int32_t>(from.color.width()), height = static_cast<std::int32_t>(from.color.height());
+    ldi::photo_facts facts;
+    facts.camera = {width, height, ldi::focal_length_from_35mm(26.0F, width, height)};
+    return facts;
+}
+
 /// Lesson 1 in one function: the sample as a layered image whose hidden surfaces have grown by `iterations` pixels. Colors right
 /// at silhouettes, where the lens has mixed those of two surfaces, count as unknown.
 inline ldi::photo_layers layers_of(const sample& from, int iterations) {
     ldi::photo_layer layer = ldi::lift(from.color, from.disparity);
-    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer);
+    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(layer, {});
     ldi::close_spurious_discontinuities(layer, curves);
     ldi::unmix_colors(layer);
-    return ldi::expand(std::move(layer), curves, {.motion = 1.0F, .iterations = iterations});
+    return ldi::expand(std::move(layer), {}, curves, {.motion = 1.0F, .iterations = iterations}).layers;
 }
 
 }  // namespace learn

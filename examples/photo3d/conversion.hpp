@@ -181,13 +181,13 @@ encoded_photo3d encode(const photo3d& made, const photo_texture& texture, const 
             if (texture.mesh().uses_texture(i)) add_webp(result.textures, picture, a.quality, a.compression);
         },
         threads);
-    result.facts.camera = made.layers.camera;
-    result.facts.motion = made.layers.motion;
-    result.facts.range = made.layers.range;
+    result.facts.camera = made.facts.camera;
+    result.facts.motion = made.facts.motion;
+    result.facts.range = made.facts.range;
     if (!is_standard(names.photo)) result.facts.source = as_utf8(names.photo.filename().string());
     const std::vector<std::span<const std::byte>> jpegs(result.textures.jpeg.begin(), result.textures.jpeg.end());
     written_glb written = compressed(encode_glb(texture.mesh(), jpegs, result.facts), result.textures,
-                                     made.layers.camera.focal_length, a.compression);
+                                     made.facts.camera.focal_length, a.compression);
     result.glb = std::move(written.file);
     result.shown = {texture.width(), texture.height(), texture.count(), written.texture_bytes};
     if (a.usdz.empty()) result.textures = {};  // nothing else takes them

@@ -80,7 +80,7 @@ public:
 
     /// The camera that took the photo, with as many pixels as are shown.
     pinhole_camera camera() const {
-        pinhole_camera shown = made_.layers.camera;
+        pinhole_camera shown = made_.facts.camera;
         shown.focal_length *= static_cast<float>(width()) / static_cast<float>(shown.width);
         shown.width = static_cast<std::int32_t>(width()), shown.height = static_cast<std::int32_t>(height());
         return shown;
@@ -89,7 +89,7 @@ public:
 private:
     template <executor Executor>
     rendering draw_surfaces(const view& from, const raster_options& options, Executor& threads) {
-        if (!layout_ || (from.camera.width <= made_.layers.camera.width && from.camera.height <= made_.layers.camera.height))
+        if (!layout_ || (from.camera.width <= made_.facts.camera.width && from.camera.height <= made_.facts.camera.height))
             return rasterize(made_.mesh, made_.atlas.color, from, options, threads);
         if (drawn_.empty())
             for_each([&](std::size_t, const image<std::uint8_t>& picture) { drawn_.push_back(picture); }, threads);

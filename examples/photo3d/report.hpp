@@ -86,10 +86,10 @@ private:
 };
 
 /// The largest number of pixels at one position.
-inline std::size_t layer_count(const graph& g) {
-    buffer<std::size_t> count(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+inline std::size_t layer_count(const graph_view& g) {
+    buffer<std::size_t> count(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
     for (std::size_t i = 0; i < g.size(); ++i)
-        ++count[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])];
+        ++count[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])];
     return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
@@ -136,7 +136,7 @@ inline nlohmann::ordered_json make_report(const photo3d& result, const stage_clo
     report["inpainting"] = inpainting;
     report["texture"] = texture;
     report["grain"] = grain;
-    report["layers"] = layer_count(result.layers.topology);
+    report["layers"] = layer_count(result.layers.topology());
     report["curves"] = result.curves.size();
     report["charts"] = result.charts.charts.size();
     report["atlas_width"] = result.atlas.color.width();

@@ -79,11 +79,11 @@ inline picture curve_picture(const photo3d& result) {
 
 /// For each pixel of the layered image how many others lie before it.
 inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
-    const graph& g = layers.topology;
-    buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    const graph& g = layers.topology();
+    buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
     for (std::size_t i = 0; i < g.size(); ++i)
-        at[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])].push_back(i);
-    const buffer<float>& disparity = layers.column<disparity_column>();
+        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])].push_back(i);
+    const auto disparity = layers.column<disparity_column>();
     buffer<std::size_t> layer(g.size());
     for (buffer<std::size_t>& pixels : at) {
         std::sort(pixels.begin(), pixels.end(), [&](std::size_t a, std::size_t b) { return disparity[a] > disparity[b]; });
@@ -95,10 +95,10 @@ inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
 /// One layer, each pixel as `color(pixel)` has it; gray where there is none.
 template <class Color>
 picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& layer_of, std::size_t layer, Color&& color) {
-    const graph& g = layers.topology;
-    picture p = image<std::uint8_t>(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width), 3, std::uint8_t{40});
+    const graph& g = layers.topology();
+    picture p = image<std::uint8_t>(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 3, std::uint8_t{40});
     for (std::size_t i = 0; i < g.size(); ++i)
-        if (layer_of[i] == layer) set(p, static_cast<std::size_t>(g.x[i]), static_cast<std::size_t>(g.y[i]), color(i));
+        if (layer_of[i] == layer) set(p, static_cast<std::size_t>(g.x()[i]), static_cast<std::size_t>(g.y()[i]), color(i));
     return p;
 }
 
@@ -148,7 +148,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
 
     const buffer<std::size_t> layer_of = layer_of_pixels(result.layers);
     const std::size_t layers = 1 + *std::max_element(layer_of.begin(), layer_of.end());
-    const buffer<std::uint8_t>& known = result.layers.column<known_column>();
+    const auto known = result.layers.column<known_column>();
     for (std::size_t layer = 0; layer < layers; ++layer) {
         const std::string suffix = "_layer_" + std::to_string(layer + 1);
         save("06_color" + suffix, layer_picture(result.layers, layer_of, layer, [&](std::size_t i) {
@@ -171,7 +171,7 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     raster.samples = 2;
     raster.background = {255, 0, 255};
     for (const auto& [name, shift] : {std::pair{"12_view_from_left", 40.0F}, {"13_view_from_right", -40.0F}})
-        save(name, rasterize(result.mesh, result.atlas.color, moved_view(result.layers.camera, result.layers.range, 1.0F, shift),
+        save(name, rasterize(result.mesh, result.atlas.color, moved_view(result.facts.camera, result.facts.range, 1.0F, shift),
                              raster)
                        .color);
 }

@@ -47,8 +47,8 @@ inline void check_stereo_image(const std::filesystem::path& file, output_files& 
 template <executor Executor>
 stereo_pair draw_stereo_pair(const photo3d& result, photo_texture& texture, Executor& threads) {
     const pinhole_camera camera = texture.camera();
-    const depth_range& range = result.layers.range;
-    const float half = within_motion({0.5F * eye_distance(camera, range), 0, 0}, camera, range, result.layers.motion)[0];
+    const depth_range& range = result.facts.range;
+    const float half = within_motion({0.5F * eye_distance(camera, range), 0, 0}, camera, range, result.facts.motion)[0];
     const float width = static_cast<float>(camera.width);
     const float apart = camera.focal_length * half * (range.inverse_depth(1) - range.inverse_depth(0));
     const float zoom = width / (width - 2 * apart);

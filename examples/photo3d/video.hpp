@@ -227,12 +227,12 @@ inline void check_video(const video_options& v, output_files& files) {
 inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera& camera, const video_options& v,
                                      std::size_t frames) {
     const bool is_named = camera_paths().count(v.path) > 0;
-    const depth_range& range = result.layers.range;
+    const depth_range& range = result.facts.range;
     // Two eyes get half of the motion at most; what they need is not for the path.
     const float half_eyes = v.stereo == "none" ? 0.0F : 0.5F * eye_distance(camera, range);
-    const float eyes = 2.0F * within_motion({half_eyes, 0, 0}, camera, range, 0.5F * result.layers.motion)[0];
+    const float eyes = 2.0F * within_motion({half_eyes, 0, 0}, camera, range, 0.5F * result.facts.motion)[0];
     path_options options;
-    options.motion = result.layers.motion - motion_of({0.5F * eyes, 0, 0}, camera, range);
+    options.motion = result.facts.motion - motion_of({0.5F * eyes, 0, 0}, camera, range);
     std::vector<key_frame> keys = is_named ? std::vector<key_frame>() : load_key_frames(v.path);
     for (key_frame& key : keys) key.position = within_motion(key.position, camera, range, options.motion);
     const bool loops = v.path == "swing" || v.path == "circle";  // the last frame comes before the first
@@ -245,7 +245,7 @@ inline std::vector<view> frame_views(const photo3d& result, const pinhole_camera
         for (const float side : {-0.5F, 0.5F}) {
             if (v.stereo == "none" && side > 0) break;
             views.push_back(eyes > 0 ? beside(from, side * eyes) : from);
-            views.back().position = within_motion(views.back().position, camera, range, result.layers.motion);
+            views.back().position = within_motion(views.back().position, camera, range, result.facts.motion);
         }
     }
     // A path that leaves the photo's surroundings has no frame; then the border shows.
@@ -267,9 +267,9 @@ template <executor Executor>
 void save_video(const photo3d& result, photo_texture& texture, const video_options& v, output_files& files, Executor& threads) {
     if (!v.depth_map.empty()) {
         view own;
-        own.camera = result.layers.camera;
+        own.camera = result.facts.camera;
         const rendering seen = rasterize(result.mesh, result.atlas.color, own, raster_options(), threads);
-        files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.layers.range)));
+        files.write(v.depth_map, encode_png(disparity_map(seen.depth, result.facts.range)));
     }
     if (v.output.empty()) return;
     const int frames_per_second = v.frames_per_second > 0 ? v.frames_per_second : v.is_for_chats() ? 20 : 30;
@@ -278,7 +278,7 @@ void save_video(const photo3d& result, photo_texture& texture, const video_optio
     const std::vector<view> views = frame_views(result, texture.camera(), v, frames);
     raster_options raster;
     raster.samples = 2;
-    raster.z_near = 0.01F * result.layers.range.z_near;
+    raster.z_near = 0.01F * result.facts.range.z_near;
     const auto draw = [&](std::size_t i) { return texture.draw(views[i], raster, threads).color; };
     const auto frame = [&](std::size_t i) {
         if (views.size() == frames) return draw(i);

@@ -5,6 +5,7 @@
 
 #include <ldi/version.hpp>
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
@@ -15,11 +16,14 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/coarsening.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/components.hpp>
 #include <ldi/core/diffusion.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/graph_builder.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/core/runs.hpp>
 #include <ldi/core/surface.hpp>
 #include <ldi/core/validate.hpp>
@@ -81,6 +85,7 @@
 #include <ldi/mesh/build_mesh.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/flip.hpp>
+#include <ldi/mesh/gather.hpp>
 #include <ldi/mesh/move_to_sheets.hpp>
 #include <ldi/mesh/outlines.hpp>
 #include <ldi/mesh/polygon.hpp>

@@ -13,6 +13,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/depth/middle_components.hpp>
 #include <ldi/depth/normalize.hpp>
 #include <ldi/depth/resample.hpp>
@@ -37,7 +38,9 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -52,10 +55,15 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)` sets the color of every pixel whose
-/// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
+/// The layered image of a photo while make_photo3d() works on it, with columns of the caller's.
+template <payload_column... Own>
+using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
+
+/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)`, a template over layers with at least
+/// color, disparity and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else.
+/// `diffusion_inpainter` is one.
 template <class T>
-concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
+concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
@@ -104,19 +112,33 @@ struct photo3d_options {
     progress_listener progress;
 };
 
-/// A 3D photo, and what every stage made on the way.
-struct photo3d {
+/// Columns of the caller's for make_photo3d(), one image each.
+///
+///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
+///     photo_columns<material>{materials}
+template <payload_column... Own>
+struct photo_columns {
+    /// h x w x channels each, in the order of the tags. Images of another size than the layers are sampled at the nearest pixel.
+    std::tuple<image_view<const typename Own::scalar>...> images;
+
+    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+};
+
+/// A 3D photo, and what every stage made on the way. `Own`: the caller's columns.
+template <payload_column... Own>
+struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
     buffer<discontinuity_curve> curves;
-    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
-    photo_layers layers;
+    photo_facts facts;
+    layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
     texture_atlas atlas;
     textured_mesh mesh;
 };
+using photo3d = basic_photo3d<>;
 
 namespace detail {
 
@@ -254,66 +276,125 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 }
 
 /// The layer that a photo becomes, and its silhouettes.
+template <payload_column... Own>
 struct lifted_photo {
-    photo_layer layer;  ///< the colors beside silhouettes are unmixed, or marked as unknown
+    /// The colors beside silhouettes are unmixed, or marked as unknown.
+    single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
-    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
-    uncertain_rims rims;        ///< set aside until the hidden surfaces have their colors
+    photo_facts facts;
+    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces have their colors
 };
 
-/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options.
-template <executor Executor = const serial_executor>
-lifted_photo lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+namespace detail {
+
+/// An image as a column of a layer of another size.
+template <payload_column Column>
+buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
+                                               std::size_t columns) {
+    if (from.height() == 0 || from.width() == 0 || from.channels() != Column::channels)
+        raise(error_code::mismatch, "photo_columns", "an image of " + std::to_string(Column::channels) + " channels with pixels",
+              shape_text(from));
+    buffer<typename Column::scalar> result;
+    result.reserve(rows * columns * Column::channels);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            const auto* pixel = from.row((2 * y + 1) * from.height() / (2 * rows)) +
+                                (2 * x + 1) * from.width() / (2 * columns) * Column::channels;
+            result.append(pixel, pixel + Column::channels);
+        }
+    return result;
+}
+
+/// Adds the columns of the caller, one by one.
+template <class Layer>
+Layer with_columns(Layer layer) {
+    return layer;
+}
+template <class Column, class... Rest, class Layer, class... Images>
+auto with_columns(Layer layer, const image_view<const typename Column::scalar>& first, const Images&... rest) {
+    const graph& g = layer.topology();
+    buffer<typename Column::scalar> column =
+        sampled_column<Column>(first, static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()));
+    auto more = std::move(layer).template with<Column>(std::move(column));
+    if constexpr (sizeof...(Rest) == 0)
+        return more;
+    else
+        return with_columns<Rest...>(std::move(more), rest...);
+}
+
+}  // namespace detail
+
+/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options, and mismatch for an image of
+/// `own` without pixels or with another number of channels.
+template <payload_column... Own, executor Executor = const serial_executor>
+lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
+                                Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    lifted_photo result{lift(photo.photo, photo.disparity, options.surface, threads), {}, {}, {}};
-    pinhole_camera& camera = result.layer.camera;
-    camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, camera.width, camera.height);
-    result.layer.range = photo.range;
-    result.curves = find_discontinuity_curves(result.layer, detail::scaled(options.curves, sample_size));
+    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
+    const graph& g = layer.topology();
+    lifted_photo<Own...> result;
+    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
+    result.facts.range = photo.range, result.facts.surface = options.surface;
+    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.layer = std::apply(
+        [&](const auto&... images) {
+            return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
+        },
+        own.images);
+    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(result.layer, result.curves);
-    result.matte = unmix_colors(result.layer, options.mixed_colors);
-    result.rims = set_aside_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    unmix_colors(result.layer, options.mixed_colors);
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
     return result;
+}
+template <executor Executor = const serial_executor>
+lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return lift_photo(photo, photo_columns<>(), options, threads);
 }
 
 /// Gives the hidden surfaces their colors, and the rims theirs back.
 ///
 /// rims       of lift_photo()
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
-template <color_inpainter Inpainter, executor Executor = const serial_executor>
-void inpaint_hidden(photo_layers& layers, const uncertain_rims& rims, const Inpainter& inpainter,
+template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
+          executor Executor = const serial_executor>
+void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
     add_texture(layers, options.texture, options.grain);
-    put_back(layers, rims);
+    restore_rims(layers, rims);
 }
 
 /// photo      H x W x 3, at least one pixel
+/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) brings them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
 /// Raises what the stages raise. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
-photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
-                     const photo3d_options& options = {}, Executor&& threads = {}) {
+template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
+                                   Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
 
     progress.report("occluded geometry", 0.0F);
-    lifted_photo lifted = lift_photo(cleaned, options, threads);
-    photo3d result;
+    lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
+    basic_photo3d<Own...> result;
     result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
     result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
-    result.curves = std::move(lifted.curves), result.matte = std::move(lifted.matte);
-    result.layers = expand(std::move(lifted.layer), result.curves, options.expand, progress);
+    result.curves = std::move(lifted.curves), result.facts = lifted.facts;
+    auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
+    result.facts.motion = motion;
 
     progress.report("color inpainting", 0.0F);
-    inpaint_hidden(result.layers, lifted.rims, inpainter, options, threads);
+    inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
+    result.layers = decltype(result.layers)(std::move(layers));
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers, options.charts);
+    result.charts = make_charts(result.layers, options.surface, options.charts);
     progress.report("chart generation", 1.0F);
 
     progress.report("chart padding", 0.0F);
@@ -321,9 +402,14 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("chart padding", 1.0F);
 
     progress.report("meshing", 0.0F);
-    result.mesh = build_mesh(result.layers, result.charts, result.atlas, {result.disparity, result.matte}, options.mesh, threads);
+    result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
+                     const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(photo, photo_columns<>(), estimator, inpainter, options, threads);
 }
 
 }  // namespace ldi

@@ -23,7 +23,7 @@ TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can b
     CHECK(uv.minCoeff() >= 0.0F);
     CHECK(uv.maxCoeff() <= 1.0F);
     // Seen from the photo's camera every triangle is counter-clockwise, and together they cover the photo once or more.
-    const ldi::pinhole_camera& camera = made.layers.camera;
+    const ldi::pinhole_camera& camera = made.facts.camera;
     double area = 0;
     for (Eigen::Index t = 0; t < f.rows(); ++t) {
         Eigen::Matrix<float, 3, 2> seen;

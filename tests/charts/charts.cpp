@@ -22,9 +22,9 @@ std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 /// Where the pixels of one chart lie.
 class chart_map {
 public:
-    chart_map(const graph& g, const chart& c) : c_(c), pixels_(at(c.width) * at(c.height), no_pixel) {
+    chart_map(const graph_view& g, const chart& c) : c_(c), pixels_(at(c.width) * at(c.height), no_pixel) {
         for (std::int32_t pixel : c.pixels) {
-            std::int32_t& here = pixels_[index(g.x[at(pixel)], g.y[at(pixel)])];
+            std::int32_t& here = pixels_[index(g.x()[at(pixel)], g.y()[at(pixel)])];
             if (here != no_pixel) folds_ = true;
             here = pixel;
         }
@@ -42,7 +42,7 @@ private:
     bool folds_ = false;
 };
 
-std::size_t connected_count(const graph& g, const chart_set& set, std::int32_t chart_index) {
+std::size_t connected_count(const graph_view& g, const chart_set& set, std::int32_t chart_index) {
     buffer<std::int32_t> open{set.charts[at(chart_index)].pixels.front()};
     std::set<std::int32_t> seen(open.begin(), open.end());
     while (!open.empty()) {
@@ -57,21 +57,21 @@ std::size_t connected_count(const graph& g, const chart_set& set, std::int32_t c
 }
 
 /// Every pixel is in exactly one chart, charts are flat and connected, their boxes tight and within the cap.
-void check_partition(const graph& g, const chart_set& set, const chart_options& options) {
+void check_partition(const graph_view& g, const chart_set& set, const chart_options& options) {
     REQUIRE(set.chart_of.size() == g.size());
     buffer<int> uses(g.size(), 0);
     for (std::size_t c = 0; c < set.charts.size(); ++c) {
         const chart& here = set.charts[c];
         REQUIRE(!here.pixels.empty());
-        std::int32_t left = g.width, right = -1, top = g.height, bottom = -1;
+        std::int32_t left = g.width(), right = -1, top = g.height(), bottom = -1;
         bool ascending = true, agree = true;
         for (std::size_t k = 0; k < here.pixels.size(); ++k) {
             const std::size_t i = at(here.pixels[k]);
             ++uses[i];
             ascending = ascending && (k == 0 || here.pixels[k - 1] < here.pixels[k]);
             agree = agree && set.chart_of[i] == static_cast<std::int32_t>(c);
-            left = std::min(left, g.x[i]), right = std::max(right, g.x[i]);
-            top = std::min(top, g.y[i]), bottom = std::max(bottom, g.y[i]);
+            left = std::min(left, g.x()[i]), right = std::max(right, g.x()[i]);
+            top = std::min(top, g.y()[i]), bottom = std::max(bottom, g.y()[i]);
         }
         CHECK(ascending);
         CHECK(agree);
@@ -88,7 +88,7 @@ void check_partition(const graph& g, const chart_set& set, const chart_options& 
 }
 
 /// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
-std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, const chart_set& set, const chart_options& options,
+std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set, const chart_options& options,
                            surface_rule rule = {}) {
     const float threshold = rule.largest_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
@@ -104,7 +104,7 @@ std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, con
                     goes_on = next != no_pixel;
                     if (goes_on) surface = next;
                     const std::int32_t there =
-                        map.pixel(g.x[at(pixel)] + distance * step_x(s), g.y[at(pixel)] + distance * step_y(s));
+                        map.pixel(g.x()[at(pixel)] + distance * step_x(s), g.y()[at(pixel)] + distance * step_y(s));
                     if (there != no_pixel && there != surface && differ(there, pixel) && differ(there, surface)) ++mixed;
                 }
             }
@@ -112,8 +112,8 @@ std::size_t mixed_surfaces(const graph& g, std::span<const float> disparity, con
     return mixed;
 }
 
-void check_charts(const graph& g, std::span<const float> disparity, const chart_options& options, surface_rule surface = {}) {
-    const chart_set set = make_charts(testing::surfaces_of(g, disparity, surface), options);
+void check_charts(const graph_view& g, std::span<const float> disparity, const chart_options& options, surface_rule surface = {}) {
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity), surface, options);
     check_partition(g, set, options);
     CHECK(mixed_surfaces(g, disparity, set, options, surface) == 0);
 }
@@ -127,7 +127,7 @@ TEST_CASE("every pixel of a random graph belongs to one flat, connected chart wi
         chart_options options;
         options.max_side = 16 + below(random, 40);
         options.filter_range = 1 + below(random, 8);
-        check_charts(layers.topology, layers.disparity, options, {chance(random, 50) ? 0.05F : 0.5F});
+        check_charts(layers.topology(), layers.disparity, options, {chance(random, 50) ? 0.05F : 0.5F});
     }
 }
 
@@ -135,7 +135,7 @@ TEST_CASE("charts need no canonical order") {
     std::mt19937 random(2);
     for (int i = 0; i < 100; ++i) {
         const random_layers layers = shuffled(random_graph(random, 30), random);
-        check_charts(layers.topology, layers.disparity, {});
+        check_charts(layers.topology(), layers.disparity, {});
     }
 }
 
@@ -145,7 +145,7 @@ TEST_CASE("charts of scenes with hidden surfaces keep all three constraints") {
         const photo_layers layers = random_scene(random, 120, 160);
         chart_options options;
         if (i % 2 == 1) options.max_side = 64;
-        check_charts(layers.topology, layers.column<disparity_column>(), options);
+        check_charts(layers.topology(), layers.column<disparity_column>(), options);
     }
 }
 
@@ -157,27 +157,26 @@ TEST_CASE("charts of real photos keep all three constraints") {
             continue;
         }
         INFO(name);
-        check_charts(layers->topology, layers->column<disparity_column>(), {});
+        check_charts(layers->topology(), layers->column<disparity_column>(), {});
     }
 }
 
 TEST_CASE("without constraint 3 the same scenes do mix surfaces") {
     std::mt19937 random(3);
-    photo_layers layers = random_scene(random, 120, 160);
-    layers.surface.largest_step = 2.0F;
-    const chart_set set = make_charts(layers);
-    CHECK(mixed_surfaces(layers.topology, layers.column<disparity_column>(), set, {}) > 0);
+    const photo_layers layers = random_scene(random, 120, 160);
+    const chart_set set = make_charts(layers, {.largest_step = 2.0F});
+    CHECK(mixed_surfaces(layers.topology(), layers.column<disparity_column>(), set, {}) > 0);
 }
 
 TEST_CASE("a plain image is one chart, or an even grid of them above the cap") {
     const graph g = make_grid(100, 70);
     const buffer<float> disparity(g.size(), 0.5F);
-    CHECK(make_charts(testing::surfaces_of(g, disparity)).charts.size() == 1);
+    CHECK(make_charts(testing::surfaces_of(g, disparity), {}).charts.size() == 1);
     chart_options options;
     options.max_side = std::numeric_limits<std::int32_t>::max();
-    CHECK(make_charts(testing::surfaces_of(g, disparity), options).charts.size() == 1);
+    CHECK(make_charts(testing::surfaces_of(g, disparity), {}, options).charts.size() == 1);
     options.max_side = 40;
-    const chart_set set = make_charts(testing::surfaces_of(g, disparity), options);
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity), {}, options);
     CHECK(set.charts.size() == 6);
     for (const chart& c : set.charts) {
         CHECK(c.width >= 32);
@@ -191,8 +190,8 @@ TEST_CASE("a disc and the wall behind it are a chart each") {
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 60; ++x)
             if (std::hypot(static_cast<double>(x) - 30, static_cast<double>(y) - 30) < 12) disparity(y, x, 0) = 0.7F;
-    const photo_layers layers = ldi::test::lift_disparity(disparity);
-    const chart_set set = make_charts(layers);
+    const photo_layers layers = ldi::test::lifted_layers(disparity);
+    const chart_set set = make_charts(layers, {});
     REQUIRE(set.charts.size() == 2);
     CHECK(set.charts[0].width == 60);
     CHECK(set.charts[1].width < 25);
@@ -200,27 +199,26 @@ TEST_CASE("a disc and the wall behind it are a chart each") {
 
 TEST_CASE("a surface that winds over itself is cut into flat charts") {
     std::mt19937 random(4);
-    graph_builder builder(random, 20, 20);
+    testing::random_pieces builder(random, 20, 20);
     builder.add_helix(10, 10, 8, 3);
-    const graph& g = builder.result();
+    const graph g = builder.result();
     buffer<float> disparity;
     for (std::size_t i = 0; i < g.size(); ++i) disparity.push_back(1.0F - 0.3F * static_cast<float>(i / 256));
-    const chart_set set = make_charts(testing::surfaces_of(g, disparity));
+    const chart_set set = make_charts(testing::surfaces_of(g, disparity), {});
     check_partition(g, set, {});
     CHECK(set.charts.size() >= 3);
 }
 
 TEST_CASE("no pixels make no charts") {
-    graph g;
-    g.width = 8, g.height = 8;
-    CHECK(make_charts(testing::surfaces_of(g, {})).charts.empty());
-    CHECK(make_charts(testing::surfaces()).charts.empty());
+    const graph g = graph_builder(8, 8).build();
+    CHECK(make_charts(testing::surfaces_of(g, {}), {}).charts.empty());
+    CHECK(make_charts(testing::surfaces(), {}).charts.empty());
 }
 
 TEST_CASE("options outside their range are refused") {
     const graph g = make_grid(4, 4);
     const buffer<float> disparity(g.size(), 0.5F);
-    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {15, 4}), error);
-    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {2048, 0}), error);
-    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {2048, 9}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {}, {15, 4}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {}, {2048, 0}), error);
+    CHECK_THROWS_AS(make_charts(testing::surfaces_of(g, disparity), {}, {2048, 9}), error);
 }

@@ -1,6 +1,7 @@
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/validate.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -11,15 +12,15 @@ using ldi::testing::random_layers;
 namespace {
 /// Says in its own way whether pixels stand in canonical order.
 bool stands_in_canonical_order(const random_layers& layers) {
-    const graph& g = layers.topology;
+    const graph& g = layers.topology();
     std::size_t run = 0;  // where the run begins that pixel i - 1 belongs to
     for (std::size_t i = 0; i < g.size(); ++i) {
-        if (g.left[i] != no_pixel) {
-            if (g.left[i] != static_cast<std::int32_t>(i) - 1) return false;
+        if (g.left()[i] != no_pixel) {
+            if (g.left()[i] != static_cast<std::int32_t>(i) - 1) return false;
             continue;
         }
         if (i > 0) {
-            const auto key = [&](std::size_t k) { return std::tuple(g.y[k], g.x[k], -layers.disparity[k]); };
+            const auto key = [&](std::size_t k) { return std::tuple(g.y()[k], g.x()[k], -layers.disparity[k]); };
             if (!(key(run) < key(i))) return false;
         }
         run = i;
@@ -29,8 +30,7 @@ bool stands_in_canonical_order(const random_layers& layers) {
 }  // namespace
 
 TEST_CASE("scanlines come first, then runs by their first x, then the nearest run") {
-    graph g;
-    g.width = 3, g.height = 2;
+    testing::sketched_graph g(3, 2);
     const std::int32_t far_right = g.add_pixel(2, 0);
     const std::int32_t below = g.add_pixel(0, 1);
     const std::int32_t near_first = g.add_pixel(0, 0);
@@ -50,8 +50,7 @@ TEST_CASE("scanlines come first, then runs by their first x, then the nearest ru
 }
 
 TEST_CASE("without disparity runs that start at one position keep their order") {
-    graph g;
-    g.width = 1, g.height = 1;
+    testing::sketched_graph g(1, 1);
     for (int i = 0; i < 4; ++i) g.add_pixel(0, 0);
     CHECK(canonical_order(g) == buffer<std::int32_t>{0, 1, 2, 3});
 }
@@ -60,7 +59,7 @@ TEST_CASE("an image stands in canonical order") { CHECK_FALSE(validate_canonical
 
 TEST_CASE("canonical order is a permutation, and puts the pixels where the definition says") {
     testing::for_random_graphs(3, 1500, [](const random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const buffer<std::int32_t> order = canonical_order(g, layers.disparity);
         buffer<std::int32_t> sorted = order;
         std::sort(sorted.begin(), sorted.end());
@@ -69,7 +68,7 @@ TEST_CASE("canonical order is a permutation, and puts the pixels where the defin
 
         const random_layers canonical = testing::reordered(layers, order);
         REQUIRE(stands_in_canonical_order(canonical));
-        REQUIRE_FALSE(validate_canonical(canonical.topology, canonical.disparity).has_value());
+        REQUIRE_FALSE(validate_canonical(canonical.topology(), canonical.disparity).has_value());
     });
 }
 
@@ -77,7 +76,7 @@ TEST_CASE("validate_canonical agrees with the definition on any order") {
     int canonical = 0, not_canonical = 0;
     testing::for_random_graphs(4, 1000, [&](const random_layers& layers, std::mt19937&) {
         const bool expected = stands_in_canonical_order(layers);
-        REQUIRE(validate_canonical(layers.topology, layers.disparity).has_value() == !expected);
+        REQUIRE(validate_canonical(layers.topology(), layers.disparity).has_value() == !expected);
         ++(expected ? canonical : not_canonical);
     });
     CHECK(canonical > 300);
@@ -88,25 +87,25 @@ TEST_CASE("canonical order is idempotent, and the order before does not matter")
     testing::for_random_graphs(5, 1000, [](const random_layers& layers, std::mt19937& random) {
         const random_layers once = testing::in_canonical_order(layers);
         const random_layers twice = testing::in_canonical_order(once);
-        REQUIRE(testing::same_graph(once.topology, twice.topology));
+        REQUIRE(once.topology() == twice.topology());
         REQUIRE(once.disparity == twice.disparity);
 
         const random_layers other_way = testing::in_canonical_order(testing::shuffled(layers, random));
-        REQUIRE(testing::same_graph(once.topology, other_way.topology));
+        REQUIRE(once.topology() == other_way.topology());
         REQUIRE(once.disparity == other_way.disparity);
     });
 }
 
 TEST_CASE("reordering keeps every pixel's position and neighbors") {
     testing::for_random_graphs(6, 500, [](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const graph moved = ldi::reordered(g, order);
         REQUIRE_FALSE(validate(moved).has_value());
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::size_t old = static_cast<std::size_t>(order[i]);
-            REQUIRE(moved.x[i] == g.x[old]);
-            REQUIRE(moved.y[i] == g.y[old]);
+            REQUIRE(moved.x()[i] == g.x()[old]);
+            REQUIRE(moved.y()[i] == g.y()[old]);
             for (const side s : all_sides) {
                 const std::int32_t there = moved.neighbors(s)[i];
                 REQUIRE((there == no_pixel ? no_pixel : order[static_cast<std::size_t>(there)]) == g.neighbors(s)[old]);

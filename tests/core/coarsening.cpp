@@ -2,6 +2,7 @@
 #include <ldi/core/components.hpp>
 #include <ldi/core/validate.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/random_graph.hpp"
 
@@ -11,14 +12,14 @@ using namespace ldi;
 using ldi::testing::random_layers;
 
 namespace {
-bool is_kept(const graph& g, std::int32_t pixel) {
-    return g.x[static_cast<std::size_t>(pixel)] % 2 == 0 && g.y[static_cast<std::size_t>(pixel)] % 2 == 0;
+bool is_kept(const graph_view& g, std::int32_t pixel) {
+    return g.x()[static_cast<std::size_t>(pixel)] % 2 == 0 && g.y()[static_cast<std::size_t>(pixel)] % 2 == 0;
 }
 
 /// The first pixel that breadth-first exploration from `pixel` finds and `wanted` accepts, never stepping where `allowed` says
 /// no.
 template <class Allowed, class Wanted>
-std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Wanted&& wanted) {
+std::int32_t explore(const graph_view& g, std::int32_t pixel, Allowed&& allowed, Wanted&& wanted) {
     std::vector<bool> seen(g.size(), false);
     buffer<std::int32_t> queue{pixel};
     seen[static_cast<std::size_t>(pixel)] = true;
@@ -35,7 +36,7 @@ std::int32_t explore(const graph& g, std::int32_t pixel, Allowed&& allowed, Want
 }
 
 /// The parents as the documentation words them, one exploration a pixel.
-buffer<std::int32_t> parents_by_exploration(const graph& g, const buffer<std::int32_t>& kept) {
+buffer<std::int32_t> parents_by_exploration(const graph_view& g, const buffer<std::int32_t>& kept) {
     buffer<std::int32_t> coarse_index(g.size(), no_pixel), in_group(g.size(), no_pixel), result(g.size(), no_pixel);
     for (std::size_t i = 0; i < kept.size(); ++i) coarse_index[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
     const std::int32_t count = static_cast<std::int32_t>(g.size());
@@ -43,7 +44,7 @@ buffer<std::int32_t> parents_by_exploration(const graph& g, const buffer<std::in
         const std::size_t k = static_cast<std::size_t>(i);
         const auto same_group = [&](std::int32_t n) {
             const std::size_t m = static_cast<std::size_t>(n);
-            return g.x[m] / 2 == g.x[k] / 2 && g.y[m] / 2 == g.y[k] / 2;
+            return g.x()[m] / 2 == g.x()[k] / 2 && g.y()[m] / 2 == g.y()[k] / 2;
         };
         const std::int32_t found = explore(g, i, same_group, [&](std::int32_t n) { return is_kept(g, n); });
         if (found != no_pixel) in_group[k] = coarse_index[static_cast<std::size_t>(found)];
@@ -62,7 +63,7 @@ TEST_CASE("coarsening an image keeps every other pixel of every other row") {
     for (const auto& [width, height] : {std::pair{0, 0}, {1, 1}, {2, 2}, {5, 4}, {4, 5}, {9, 1}, {1, 8}}) {
         const coarsened result = coarsen(make_grid(width, height), orphan_rule::adopt_nearest);
         const std::int32_t coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
-        CHECK(testing::same_graph(result.topology, make_grid(coarse_width, coarse_height)));
+        CHECK(result.topology == make_grid(coarse_width, coarse_height));
         for (std::int32_t i = 0; i < coarse_width * coarse_height; ++i)
             CHECK(result.kept[static_cast<std::size_t>(i)] == i / coarse_width * 2 * width + i % coarse_width * 2);
         for (std::int32_t i = 0; i < width * height; ++i)
@@ -71,8 +72,7 @@ TEST_CASE("coarsening an image keeps every other pixel of every other row") {
 }
 
 TEST_CASE("inside a group: the direct way first, up then left before left then up") {
-    graph g;
-    g.width = g.height = 2;
+    testing::sketched_graph g(2, 2);
     const std::int32_t first_corner = g.add_pixel(0, 0), second_corner = g.add_pixel(0, 0);
     const std::int32_t right = g.add_pixel(1, 0), below = g.add_pixel(0, 1), diagonal = g.add_pixel(1, 1);
     g.link(right, side::left, first_corner), g.link(below, side::up, second_corner);
@@ -95,8 +95,7 @@ TEST_CASE("inside a group: the direct way first, up then left before left then u
 }
 
 TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, then left, then right") {
-    graph g;
-    g.width = g.height = 4;
+    testing::sketched_graph g(4, 4);
     const std::int32_t a = g.add_pixel(0, 0), beside_a = g.add_pixel(1, 0), below_a = g.add_pixel(1, 1);
     const std::int32_t b = g.add_pixel(2, 2), between_up_and_right = g.add_pixel(1, 2), between_down_and_left = g.add_pixel(2, 1);
     const std::int32_t tail = g.add_pixel(3, 1), longer_tail = g.add_pixel(3, 0);
@@ -111,9 +110,9 @@ TEST_CASE("outside its group a pixel takes the nearest parent: up, then down, th
 
 TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened adopted = coarsen(g, orphan_rule::adopt_nearest), stayed = coarsen(g, orphan_rule::stay);
-        REQUIRE(testing::same_graph(adopted.topology, stayed.topology));
+        REQUIRE(adopted.topology == stayed.topology);
         REQUIRE(adopted.kept == stayed.kept);
         for (std::size_t i = 0; i < g.size(); ++i) {
             const std::int32_t corner = detail::corner_of_group(g, static_cast<std::int32_t>(i));
@@ -121,38 +120,38 @@ TEST_CASE("an orphan that does not adopt has no parent, and nothing else changes
             if (stayed.parent[i] == no_pixel) continue;
             REQUIRE(adopted.parent[i] == stayed.parent[i]);
             const std::size_t above = static_cast<std::size_t>(stayed.kept[static_cast<std::size_t>(stayed.parent[i])]);
-            REQUIRE(g.x[above] == g.x[i] / 2 * 2);
-            REQUIRE(g.y[above] == g.y[i] / 2 * 2);
+            REQUIRE(g.x()[above] == g.x()[i] / 2 * 2);
+            REQUIRE(g.y()[above] == g.y()[i] / 2 * 2);
         }
         for (const std::int32_t kept : stayed.kept) REQUIRE(stayed.parent[static_cast<std::size_t>(kept)] != no_pixel);
     });
 }
 
 TEST_CASE("a pixel cut off from its group's corner adopts a parent beside it, or stays without") {
-    graph g = make_grid(5, 2);
+    testing::sketched_graph g(make_grid(5, 2));
     g.unlink(3, side::left), g.unlink(3, side::down);
     CHECK(coarsen(g, orphan_rule::adopt_nearest).parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 0, 0, 1, 1, 2});
     CHECK(coarsen(g, orphan_rule::stay).parent == buffer<std::int32_t>{0, 0, 1, no_pixel, 2, 0, 0, 1, 1, 2});
 }
 
 TEST_CASE("several pixels at one even position are all kept, and linked as their surfaces are") {
-    graph g = make_grid(3, 1);
+    testing::sketched_graph g(make_grid(3, 1));
     for (std::int32_t x = 0; x < 3; ++x) {
         g.add_pixel(x, 0);
         if (x > 0) g.link(2 + x, side::right, 3 + x);
     }
     const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
     CHECK(result.kept == buffer<std::int32_t>{0, 2, 3, 5});
-    CHECK(result.topology.right == buffer<std::int32_t>{1, no_pixel, 3, no_pixel});
+    CHECK(result.topology.right() == buffer<std::int32_t>{1, no_pixel, 3, no_pixel});
     CHECK(result.parent == buffer<std::int32_t>{0, 0, 1, 2, 2, 3});
 }
 
 TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
     int layers_seen = 0;
     testing::for_random_graphs(50, 2000, [&](const random_layers& layers, std::mt19937&) {
-        const coarsened result = coarsen(layers.topology, orphan_rule::adopt_nearest);
+        const coarsened result = coarsen(layers.topology(), orphan_rule::adopt_nearest);
         REQUIRE_FALSE(validate(result.topology).has_value());
-        if (!validate_canonical(layers.topology).has_value()) REQUIRE_FALSE(validate_canonical(result.topology).has_value());
+        if (!validate_canonical(layers.topology()).has_value()) REQUIRE_FALSE(validate_canonical(result.topology).has_value());
         const coarsened twice = coarsen(result.topology, orphan_rule::adopt_nearest);
         REQUIRE_FALSE(validate(twice.topology).has_value());
         ++layers_seen;
@@ -162,7 +161,7 @@ TEST_CASE("the coarse graph is sound, and canonical where the fine one is") {
 
 TEST_CASE("exactly the pixels at even positions are kept, in their order, at half their position") {
     testing::for_random_graphs(51, 1000, [](const random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         buffer<std::int32_t> expected;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i)
@@ -170,8 +169,8 @@ TEST_CASE("exactly the pixels at even positions are kept, in their order, at hal
         REQUIRE(result.kept == expected);
         REQUIRE(result.topology.size() == expected.size());
         for (std::size_t i = 0; i < expected.size(); ++i) {
-            REQUIRE(2 * result.topology.x[i] == g.x[static_cast<std::size_t>(expected[i])]);
-            REQUIRE(2 * result.topology.y[i] == g.y[static_cast<std::size_t>(expected[i])]);
+            REQUIRE(2 * result.topology.x()[i] == g.x()[static_cast<std::size_t>(expected[i])]);
+            REQUIRE(2 * result.topology.y()[i] == g.y()[static_cast<std::size_t>(expected[i])]);
             REQUIRE(result.parent[static_cast<std::size_t>(expected[i])] == static_cast<std::int32_t>(i));
         }
     });
@@ -179,7 +178,7 @@ TEST_CASE("exactly the pixels at even positions are kept, in their order, at hal
 
 TEST_CASE("kept pixels are linked exactly where a path of two links joined them") {
     testing::for_random_graphs(52, 1000, [](const random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
             // Try all sixteen paths of two links, and file their ends by the direction they lie in.
@@ -192,7 +191,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
                     if (end == no_pixel || !is_kept(g, end) || end == from) continue;
                     const std::size_t a = static_cast<std::size_t>(from), b = static_cast<std::size_t>(end);
                     for (std::size_t s = 0; s < 4; ++s)
-                        if (g.x[b] - g.x[a] == 2 * step_x(all_sides[s]) && g.y[b] - g.y[a] == 2 * step_y(all_sides[s])) {
+                        if (g.x()[b] - g.x()[a] == 2 * step_x(all_sides[s]) && g.y()[b] - g.y()[a] == 2 * step_y(all_sides[s])) {
                             REQUIRE(found[s] == no_pixel);
                             found[s] = result.parent[b];
                         }
@@ -205,7 +204,7 @@ TEST_CASE("kept pixels are linked exactly where a path of two links joined them"
 TEST_CASE("parents are what exploration pixel by pixel finds") {
     int beyond_group = 0, without_parent = 0;
     testing::for_random_graphs(53, 1500, [&](const random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened result = coarsen(g, orphan_rule::adopt_nearest);
         REQUIRE(result.parent == parents_by_exploration(g, result.kept));
 
@@ -223,7 +222,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
             }
             const std::size_t p = static_cast<std::size_t>(parent);
             REQUIRE(whole.label[static_cast<std::size_t>(result.kept[p])] == whole.label[i]);
-            if (result.topology.x[p] != g.x[i] / 2 || result.topology.y[p] != g.y[i] / 2) ++beyond_group;
+            if (result.topology.x()[p] != g.x()[i] / 2 || result.topology.y()[p] != g.y()[i] / 2) ++beyond_group;
         }
     });
     CHECK(beyond_group > 2000);
@@ -232,7 +231,7 @@ TEST_CASE("parents are what exploration pixel by pixel finds") {
 
 TEST_CASE("coarsening does not depend on the order of pixels") {
     testing::for_random_graphs(54, 500, [](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const coarsened before = coarsen(g, orphan_rule::adopt_nearest),
                         after = coarsen(ldi::reordered(g, order), orphan_rule::adopt_nearest);
@@ -250,9 +249,9 @@ TEST_CASE("orphans that are reached over many paths are queued once") {
     // Every pixel at even x and y is a surface of its own, but for one in the middle: the rest, a grid of thin strips, has its
     // only coarse pixel there.
     constexpr std::int32_t size = 81;
-    graph g = make_grid(size, size);
+    testing::sketched_graph g(make_grid(size, size));
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (is_kept(g, i) && (g.x[i] != 40 || g.y[i] != 40))
+        if (is_kept(g, i) && (g.x()[i] != 40 || g.y()[i] != 40))
             for (const side s : all_sides) g.unlink(i, s);
     testing::counted_memory own;
     own.limit = 200 * g.size();

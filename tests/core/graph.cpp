@@ -1,5 +1,6 @@
+#include <ldi/core/canonical_order.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/core/validate.hpp>
+#include <ldi/core/graph_builder.hpp>
 
 #include "tests/support/random_graph.hpp"
 
@@ -27,8 +28,8 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
         REQUIRE_FALSE(validate_canonical(g).has_value());
         for (std::int32_t i = 0; i < width * height; ++i) {
             const std::int32_t x = i % width, y = i / width;
-            CHECK(g.x[static_cast<std::size_t>(i)] == x);
-            CHECK(g.y[static_cast<std::size_t>(i)] == y);
+            CHECK(g.x()[static_cast<std::size_t>(i)] == x);
+            CHECK(g.y()[static_cast<std::size_t>(i)] == y);
             for (const side s : all_sides) {
                 const std::int32_t there_x = x + step_x(s), there_y = y + step_y(s);
                 const bool inside = there_x >= 0 && there_x < width && there_y >= 0 && there_y < height;
@@ -38,12 +39,33 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
     }
 }
 
+// What used to compile, and broke invariants.
+template <class T>
+concept can_add_pixels = requires(T& g) { g.add_pixel(0, 0); };
+template <class T>
+concept can_link = requires(T& g) { g.link(0, side::right, 1); };
+template <class T>
+concept can_move_pixels = requires(T& g) { g.x()[0] = 1; };
+template <class T>
+concept can_redirect_neighbors = requires(T& g) { g.neighbors(side::up)[0] = 1; };
+template <class T>
+concept can_resize_lattice = requires(T& g) { g.width() = 1; };
+template <class T>
+concept can_resize = requires(T& g) { g.resize(1); };
+template <class T>
+constexpr bool is_fixed = !can_add_pixels<T> && !can_link<T> && !can_move_pixels<T> && !can_redirect_neighbors<T> &&
+                          !can_resize_lattice<T> && !can_resize<T>;
+static_assert(can_add_pixels<graph_builder> && can_link<graph_builder>, "the concepts ask the right questions");
+static_assert(is_fixed<graph> && is_fixed<graph_view>);
+static_assert(!std::is_convertible_v<graph_builder, graph>);
+static_assert(std::is_convertible_v<const graph&, graph_view>);
+
 TEST_CASE("each side has its own column") {
-    graph g = make_grid(3, 3);
-    CHECK(&g.neighbors(side::up) == &g.up);
-    CHECK(&g.neighbors(side::down) == &g.down);
-    CHECK(&g.neighbors(side::left) == &g.left);
-    CHECK(&g.neighbors(side::right) == &g.right);
+    const graph g = make_grid(3, 3);
+    CHECK(g.neighbors(side::up).data() == g.up().data());
+    CHECK(g.neighbors(side::down).data() == g.down().data());
+    CHECK(g.neighbors(side::left).data() == g.left().data());
+    CHECK(g.neighbors(side::right).data() == g.right().data());
     CHECK(g.neighbor(4, side::up) == 1);
     CHECK(g.neighbor(4, side::down) == 7);
     CHECK(g.neighbor(4, side::left) == 3);
@@ -51,8 +73,9 @@ TEST_CASE("each side has its own column") {
 }
 
 TEST_CASE("an added pixel has no links") {
-    graph g = make_grid(2, 2);
-    REQUIRE(g.add_pixel(1, 1) == 4);
+    graph_builder b(make_grid(2, 2));
+    REQUIRE(b.add_pixel(1, 1) == 4);
+    const graph g = std::move(b).build();
     REQUIRE(g.size() == 5);
     for (const side s : all_sides) CHECK(g.neighbor(4, s) == no_pixel);
     CHECK_FALSE(validate(g).has_value());
@@ -61,23 +84,24 @@ TEST_CASE("an added pixel has no links") {
 TEST_CASE("linking is mutual, and unlinking undoes it") {
     std::mt19937 random(1);
     for (int repeat = 0; repeat < 300; ++repeat) {
-        const graph before = testing::random_graph(random).topology;
+        const graph before = testing::random_graph(random).topology();
         if (before.size() == 0) continue;
         const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(before.size()));
         const side s = testing::random_side(random);
         const std::int32_t other = before.neighbor(pixel, s);
 
-        graph g = before;
-        g.unlink(pixel, s);
+        graph_builder b(before);
+        b.unlink(pixel, s);
+        const graph g = graph_builder(b).build();
         CHECK_FALSE(validate(g).has_value());
         CHECK(g.neighbor(pixel, s) == no_pixel);
         if (other == no_pixel) {
-            CHECK(testing::same_graph(g, before));
+            CHECK(g == before);
             continue;
         }
         CHECK(g.neighbor(other, opposite(s)) == no_pixel);
-        g.link(other, opposite(s), pixel);
-        CHECK(testing::same_graph(g, before));
+        b.link(other, opposite(s), pixel);
+        CHECK(std::move(b).build() == before);
     }
 }
 
@@ -85,14 +109,14 @@ TEST_CASE("random graphs are sound, and have what makes layered images hard") {
     std::size_t most_layers = 0, empty = 0, islands = 0, helices = 0;
     std::int32_t graphs = 0;
     testing::for_random_graphs(2, 2000, [&](const testing::random_layers& layers, std::mt19937&) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         ++graphs;
         REQUIRE_FALSE(validate(g).has_value());
         if (graphs % 2 == 1) REQUIRE_FALSE(validate_canonical(g, layers.disparity).has_value());
         if (g.size() == 0) ++empty;
-        buffer<std::size_t> layers_at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), 0);
+        buffer<std::size_t> layers_at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), 0);
         for (std::size_t i = 0; i < g.size(); ++i) {
-            most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])]);
+            most_layers = std::max(most_layers, ++layers_at[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])]);
             bool linked = false;
             for (const side s : all_sides) linked = linked || g.neighbors(s)[i] != no_pixel;
             if (!linked) ++islands;
@@ -115,10 +139,29 @@ TEST_CASE("positions count the lattice row by row") {
     CHECK(g.position_count() == 35);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         CHECK(g.position_of(i) == static_cast<std::size_t>(i));
-        CHECK(g.position(g.x[i], g.y[i]) == static_cast<std::size_t>(i));
+        CHECK(g.position(g.x()[i], g.y()[i]) == static_cast<std::size_t>(i));
     }
-    graph large;
-    large.width = 100000, large.height = 100000;
+    const graph large = graph_builder(100000, 100000).build();
     CHECK(large.position_count() == 10000000000U);
     CHECK(large.position(99999, 99999) == 9999999999U);
+}
+
+TEST_CASE("a graph view shows memory that somebody else owns, and every operator reads it") {
+    testing::for_random_graphs(3, 200, [](const testing::random_layers& layers, std::mt19937&) {
+        const graph& g = layers.topology();
+        buffer<buffer<std::int32_t>> mine;  // an engine's own arrays
+        for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
+            mine.push_back(buffer<std::int32_t>(column.begin(), column.end()));
+        const graph_view view(g.width(), g.height(), mine[0], mine[1], mine[2], mine[3], mine[4], mine[5]);
+        CHECK(view.x().data() == mine[0].data());
+        CHECK(view == g);
+        CHECK(canonical_order(view) == canonical_order(g));
+        CHECK_FALSE(validate(view).has_value());
+    });
+}
+
+TEST_CASE("index columns of different lengths are refused") {
+    const buffer<std::int32_t> one(1, no_pixel), two(2, no_pixel);
+    CHECK_THROWS_AS(graph_view(1, 1, one, one, one, one, one, two), error);
+    CHECK_THROWS_AS(graph_view(1, 1, one, two, one, one, one, one), error);
 }

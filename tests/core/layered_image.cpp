@@ -37,10 +37,31 @@ static_assert(std::is_default_constructible_v<users_layers> && std::is_copy_cons
 static_assert(std::is_nothrow_move_constructible_v<users_layers> && std::is_move_assignable_v<users_layers>);
 static_assert(!std::is_polymorphic_v<photo_layers>);
 static_assert(!std::is_convertible_v<graph, photo_layers>, "a graph does not turn into a layered image unasked");
-static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), buffer<std::uint8_t>&>);
-static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), const buffer<float>&>);
+static_assert(std::is_same_v<decltype(std::declval<photo_layers&>().column<color_column>()), array_view<std::uint8_t>>);
+static_assert(std::is_same_v<decltype(std::declval<const photo_layers&>().column<disparity_column>()), array_view<const float>>);
 static_assert(std::is_same_v<decltype(std::declval<users_layers&>().at<normal_column>(0)), std::span<double, 3>>);
 static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<normal_column>(0)), std::span<const double, 3>>);
+
+// What used to compile, and left columns of another length than the graph.
+template <class L>
+concept can_change_topology = requires(L& l) { l.topology() = graph(); } || requires(L& l) { l.topology().add_pixel(0, 0); } ||
+                              requires(L& l) { l.topology = graph(); };
+template <class L>
+concept can_resize_columns = requires(L& l) { l.resize_columns(1); } || requires(L& l) { l.template column<disparity_column>().push_back(1); } ||
+                             requires(L& l) { l.template column<disparity_column>().resize(1); };
+template <class L>
+concept can_take = requires(L& l, L other) { l.take(std::move(other)); };
+template <class L>
+concept can_move_pixels = requires(L& l) { l.keep(std::span<const std::uint8_t>()); } ||
+                          requires(L& l) { l.reorder(std::span<const std::int32_t>()); } ||
+                          requires(L& l) { l.grow(nullptr); };
+static_assert(!can_change_topology<photo_layers> && !can_resize_columns<photo_layers> && !can_take<photo_layers>);
+static_assert(can_move_pixels<photo_layers>, "the concepts ask the right questions");
+static_assert(!can_change_topology<photo_layer> && !can_resize_columns<photo_layer> && !can_take<photo_layer>);
+static_assert(!can_move_pixels<photo_layer>);
+static_assert(!std::is_convertible_v<photo_layer, photo_layers> && !std::is_constructible_v<photo_layers, photo_layer>,
+              "only expand() turns a single layer into a layered image");
+static_assert(!std::is_base_of_v<photo_layers, photo_layer>);
 }  // namespace
 
 TEST_CASE("columns are as long as the graph, and zero at first") {
@@ -66,28 +87,112 @@ TEST_CASE("a pixel's scalars lie side by side") {
     CHECK(fixed.at<normal_column>(2).data() == fixed.column<normal_column>().data() + 6);
 }
 
-TEST_CASE("new pixels get rows of zeros, and the old rows stay") {
-    users_layers layers(make_grid(2, 1));
-    layers.at<normal_column>(1)[2] = 3.0;
-    layers.topology.add_pixel(0, 0);
-    layers.resize_columns(layers.topology.size());
-    CHECK(layers.column<normal_column>() == buffer<double>{0, 0, 0, 0, 0, 3, 0, 0, 0});
-    CHECK(layers.column<name_column>().size() == 3);
+TEST_CASE("grown pixels follow the rules of the columns, and the old rows stay") {
+    testing::for_random_graphs(61, 200, [](const testing::random_layers& random_layers, std::mt19937& random) {
+        if (random_layers.topology().size() == 0) return;
+        using grown_layers = layered_image<disparity_column, known_column, name_column>;
+        grown_layers layers(random_layers.topology());
+        layers.set_column<disparity_column>(random_layers.disparity);
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i)
+            layers.at<known_column>(i)[0] = 1, layers.at<name_column>(i)[0] = std::to_string(i);
+        const grown_layers before = layers;
+
+        // New pixels stand before and after the old ones.
+        const std::int32_t old_count = before.topology().count(), first = testing::below(random, 4);
+        const std::int32_t last = testing::below(random, 4);
+        buffer<std::int32_t> origins;
+        for (std::int32_t i = 0; i < first + last; ++i) origins.push_back(testing::below(random, old_count));
+        layers.grow([&](graph_builder b) {
+            REQUIRE(b.count() == old_count);
+            for (const std::int32_t origin : origins) b.add_pixel(b.x()[origin], b.y()[origin]);
+            buffer<std::int32_t> order;
+            for (std::int32_t i = 0; i < first; ++i) order.push_back(old_count + i);
+            for (std::int32_t i = 0; i < old_count; ++i) order.push_back(i);
+            for (std::int32_t i = 0; i < last; ++i) order.push_back(old_count + first + i);
+            buffer<grown_piece> pieces;
+            if (first > 0) pieces.push_back({0, first, true});
+            pieces.push_back({0, old_count, false});
+            if (last > 0) pieces.push_back({first, last, true});
+            return grown_pixels{ldi::reordered(std::move(b).build(), order), pieces, origins};
+        });
+        REQUIRE(layers.topology().count() == first + old_count + last);
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i) {
+            const bool is_old = i >= first && i < first + old_count;
+            const std::int32_t from = is_old ? i - first : origins[i < first ? i : i - old_count];
+            REQUIRE(layers.at<disparity_column>(i)[0] == before.at<disparity_column>(from)[0]);
+            REQUIRE(layers.at<name_column>(i)[0] == std::to_string(from));
+            REQUIRE(layers.at<known_column>(i)[0] == (is_old ? 1 : 0));
+            REQUIRE(layers.topology().x()[i] == before.topology().x()[from]);
+        }
+    });
+}
+
+TEST_CASE("growth that fails leaves an empty image, and editing links that fails leaves a sound one") {
+    photo_layers layers(make_grid(3, 2));
+    CHECK_THROWS(layers.edit_links([](link_editor& links) {
+        links.unlink(0, side::right);
+        throw 1;
+    }));
+    CHECK(layers.size() == 6);
+    CHECK_FALSE(validate(layers));
+    CHECK_THROWS(layers.grow([](graph_builder) -> grown_pixels { throw 1; }));
+    CHECK(layers.size() == 0);
+    CHECK(layers.column<color_column>().empty());
+}
+
+TEST_CASE("columns of another length are refused") {
+    photo_layers layers(make_grid(3, 2));
+    CHECK_THROWS_AS(layers.set_column<disparity_column>(buffer<float>(5)), error);
+    CHECK_THROWS_AS(layers.set_column<color_column>(buffer<std::uint8_t>(6)), error);
+    CHECK_THROWS_AS(layered_image<disparity_column>(make_grid(3, 2), buffer<float>(7)), error);
+    const graph g = make_grid(3, 2);
+    const buffer<float> five(5);
+    CHECK_THROWS_AS(layered_view<disparity_column>(g, five), error);
+    CHECK_THROWS_AS(photo_layer(photo_layers(make_grid(3, 2))).with<normal_column>(buffer<double>(17)), error);
+}
+
+TEST_CASE("a single layer holds the pixels of a photo, row by row, and nothing else") {
+    CHECK_NOTHROW(photo_layer(photo_layers(make_grid(3, 2))));
+    photo_layers swapped(make_grid(3, 2));
+    swapped.reorder(buffer<std::int32_t>{1, 0, 2, 3, 4, 5});
+    CHECK_THROWS_AS(photo_layer(swapped), error);
+    photo_layers fewer(make_grid(3, 2));
+    fewer.keep(buffer<std::uint8_t>{1, 1, 1, 1, 1, 0});
+    CHECK_THROWS_AS(photo_layer(fewer), error);
+}
+
+TEST_CASE("a moved-from layered image is empty") {
+    photo_layers layers(make_grid(3, 2));
+    const photo_layers moved = std::move(layers);
+    CHECK(moved.size() == 6);
+    CHECK(layers.size() == 0);  // NOLINT(bugprone-use-after-move)
+    CHECK(layers.column<color_column>().empty());
+}
+
+TEST_CASE("a layered view shows columns that somebody else owns") {
+    const graph g = make_grid(3, 2);
+    buffer<float> mine{0, 1, 2, 3, 4, 5};
+    const layered_view<disparity_column> view(g, mine);
+    CHECK(view.column<disparity_column>().data() == mine.data());
+    CHECK(view.at<disparity_column>(4)[0] == 4);
+    const users_layers layers(make_grid(2, 2));
+    const layered_view<name_column, disparity_column> part = layers;
+    CHECK(part.column<name_column>().data() == layers.column<name_column>().data());
 }
 
 TEST_CASE("the user's payload travels with its pixel when the order changes") {
     testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
-        users_layers layers(random_layers.topology);
+        users_layers layers(random_layers.topology());
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
             for (std::size_t c = 0; c < 3; ++c) layers.at<normal_column>(i)[c] = i + 0.25 * static_cast<double>(c);
             layers.at<name_column>(i)[0] = "pixel " + std::to_string(i);
         }
-        layers.column<disparity_column>() = random_layers.disparity;
+        layers.set_column<disparity_column>(random_layers.disparity);
 
         const users_layers before = layers;
         const buffer<std::int32_t> order = testing::random_permutation(random, layers.size());
         layers.reorder(order);
-        REQUIRE(testing::same_graph(layers.topology, ldi::reordered(before.topology, order)));
+        REQUIRE(layers.topology() == ldi::reordered(before.topology(), order));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
             const std::int32_t old = order[static_cast<std::size_t>(i)];
             REQUIRE(layers.at<name_column>(i)[0] == "pixel " + std::to_string(old));
@@ -99,8 +204,8 @@ TEST_CASE("the user's payload travels with its pixel when the order changes") {
 
 TEST_CASE("of the pixels that are kept the links and rows stay, in their order, and nothing else does") {
     testing::for_random_graphs(60, 300, [](const testing::random_layers& random_layers, std::mt19937& random) {
-        users_layers before(random_layers.topology);
-        before.column<disparity_column>() = random_layers.disparity;
+        users_layers before(random_layers.topology());
+        before.set_column<disparity_column>(random_layers.disparity);
         buffer<std::uint8_t> kept(before.size());
         buffer<std::int32_t> now(before.size(), no_pixel);
         std::int32_t count = 0;
@@ -114,9 +219,9 @@ TEST_CASE("of the pixels that are kept the links and rows stay, in their order, 
             if (kept[i] == 0) continue;
             REQUIRE(layers.at<disparity_column>(now[i])[0] == before.at<disparity_column>(static_cast<std::int32_t>(i))[0]);
             for (const side s : all_sides) {
-                const std::int32_t neighbor = before.topology.neighbors(s)[i];
+                const std::int32_t neighbor = before.topology().neighbors(s)[i];
                 const std::int32_t expected = neighbor == no_pixel ? no_pixel : now[static_cast<std::size_t>(neighbor)];
-                REQUIRE(layers.topology.neighbor(now[i], s) == expected);
+                REQUIRE(layers.topology().neighbor(now[i], s) == expected);
             }
         }
     });

@@ -11,17 +11,17 @@ using namespace ldi;
 TEST_CASE("runs hold every pixel once, are linked from left to right, and cannot be longer") {
     std::mt19937 random(1);
     for (int round = 0; round < 300; ++round) {
-        graph g = testing::random_graph(random, 40).topology;
+        graph g = testing::random_graph(random, 40).topology();
         if (round % 2 == 1) {
             const testing::random_layers shuffled = testing::shuffled(testing::random_graph(random, 40), random);
-            g = shuffled.topology;
+            g = shuffled.topology();
         }
         std::int32_t next = 0;
         for (const pixel_run& r : runs_of(g)) {
             REQUIRE(r.first == next);
             REQUIRE(r.size() >= 1);
-            for (std::int32_t i = r.first; i + 1 < r.last; ++i) REQUIRE(g.right[i] == i + 1);
-            if (r.last < static_cast<std::int32_t>(g.size())) REQUIRE(g.right[r.last - 1] != r.last);
+            for (std::int32_t i = r.first; i + 1 < r.last; ++i) REQUIRE(g.right()[i] == i + 1);
+            if (r.last < static_cast<std::int32_t>(g.size())) REQUIRE(g.right()[r.last - 1] != r.last);
             next = r.last;
         }
         REQUIRE(next == static_cast<std::int32_t>(g.size()));

@@ -1,3 +1,5 @@
+#include <ldi/core/canonical_order.hpp>
+#include <ldi/core/layered_image.hpp>
 #include <ldi/core/validate.hpp>
 
 #include "tests/support/random_graph.hpp"
@@ -9,13 +11,32 @@
 using namespace ldi;
 
 namespace {
+/// A graph as somebody else's memory may hold it, with broken invariants.
+struct own_columns {
+    explicit own_columns(const graph& g) : width(g.width()), height(g.height()) {
+        for (const auto& column : {g.x(), g.y(), g.up(), g.down(), g.left(), g.right()})
+            columns.push_back(buffer<std::int32_t>(column.begin(), column.end()));
+    }
+    buffer<std::int32_t>& x() { return columns[0]; }
+    buffer<std::int32_t>& y() { return columns[1]; }
+    buffer<std::int32_t>& neighbors(side s) { return columns[2 + static_cast<int>(s)]; }
+    std::int32_t neighbor(std::int32_t pixel, side s) { return neighbors(s)[pixel]; }
+    std::size_t size() const { return columns[0].size(); }
+    operator graph_view() const {
+        return graph_view(width, height, columns[0], columns[1], columns[2], columns[3], columns[4], columns[5]);
+    }
+
+    std::int32_t width, height;
+    buffer<buffer<std::int32_t>> columns;
+};
+
 /// Breaks random graphs with `damage(graph, pixel, side, random)`, which returns false where that is impossible, and checks that
 /// the invariant is found broken at that pixel.
 template <class Damage>
 void detects(invariant expected, std::uint32_t seed, Damage&& damage) {
     int broken = 0;
     testing::for_random_graphs(seed, 600, [&](const testing::random_layers& layers, std::mt19937& random) {
-        graph g = layers.topology;
+        own_columns g(layers.topology());
         if (g.size() == 0) return;
         REQUIRE_FALSE(validate(g).has_value());
         const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));
@@ -34,38 +55,25 @@ TEST_CASE("sound graphs are found sound") {
     CHECK_FALSE(validate(graph{}).has_value());
     CHECK_FALSE(validate(make_grid(5, 3)).has_value());
     testing::for_random_graphs(10, 500, [](const testing::random_layers& layers, std::mt19937&) {
-        REQUIRE_FALSE(validate(layers.topology).has_value());
+        REQUIRE_FALSE(validate(layers.topology()).has_value());
     });
 }
 
-TEST_CASE("a column of another length is detected") {
-    for (int column = 0; column < 6; ++column)
-        for (const int change : {-1, 1}) {
-            graph g = make_grid(4, 3);
-            buffer<std::int32_t>* columns[] = {&g.x, &g.y, &g.up, &g.down, &g.left, &g.right};
-            columns[column]->resize(static_cast<std::size_t>(12 + change), no_pixel);
-            const std::optional<violation> found = validate(g);
-            REQUIRE(found.has_value());
-            CHECK(found->broken == invariant::equal_columns);
-            CHECK(found->pixel == no_pixel);
-        }
-}
-
 TEST_CASE("a position outside the lattice is detected") {
-    detects(invariant::inside_lattice, 11, [](graph& g, std::int32_t pixel, side s, std::mt19937&) {
+    detects(invariant::inside_lattice, 11, [](own_columns& g, std::int32_t pixel, side s, std::mt19937&) {
         const std::size_t i = static_cast<std::size_t>(pixel);
         switch (s) {
-            case side::left: g.x[i] = -1; break;
-            case side::right: g.x[i] = g.width; break;
-            case side::up: g.y[i] = -1; break;
-            case side::down: g.y[i] = g.height; break;
+            case side::left: g.x()[i] = -1; break;
+            case side::right: g.x()[i] = g.width; break;
+            case side::up: g.y()[i] = -1; break;
+            case side::down: g.y()[i] = g.height; break;
         }
         return true;
     });
 }
 
 TEST_CASE("a neighbor that is no pixel's index is detected") {
-    detects(invariant::neighbor_in_range, 12, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
+    detects(invariant::neighbor_in_range, 12, [](own_columns& g, std::int32_t pixel, side s, std::mt19937& random) {
         g.neighbors(s)[static_cast<std::size_t>(pixel)] =
             testing::chance(random, 50) ? static_cast<std::int32_t>(g.size()) : -2 - testing::below(random, 10);
         return true;
@@ -73,13 +81,13 @@ TEST_CASE("a neighbor that is no pixel's index is detected") {
 }
 
 TEST_CASE("a link that is not returned is detected") {
-    detects(invariant::mutual_links, 13, [](graph& g, std::int32_t pixel, side s, std::mt19937&) {
+    detects(invariant::mutual_links, 13, [](own_columns& g, std::int32_t pixel, side s, std::mt19937&) {
         const std::int32_t there = g.neighbor(pixel, s);
         if (there == no_pixel) return false;
         g.neighbors(opposite(s))[static_cast<std::size_t>(there)] = no_pixel;
         return true;
     });
-    detects(invariant::mutual_links, 14, [](graph& g, std::int32_t pixel, side s, std::mt19937& random) {
+    detects(invariant::mutual_links, 14, [](own_columns& g, std::int32_t pixel, side s, std::mt19937& random) {
         if (g.neighbor(pixel, s) != no_pixel) return false;
         g.neighbors(s)[static_cast<std::size_t>(pixel)] = testing::below(random, static_cast<std::int32_t>(g.size()));
         return true;
@@ -87,9 +95,10 @@ TEST_CASE("a link that is not returned is detected") {
 }
 
 TEST_CASE("two pixels that claim one neighbor are detected") {
-    graph g = make_grid(2, 2);
-    const std::int32_t rival = g.add_pixel(0, 0);
-    g.right[static_cast<std::size_t>(rival)] = 1;
+    graph_builder b(make_grid(2, 2));
+    const std::int32_t rival = b.add_pixel(0, 0);
+    own_columns g(std::move(b).build());
+    g.neighbors(side::right)[rival] = 1;
     const std::optional<violation> found = validate(g);
     REQUIRE(found.has_value());
     CHECK(found->broken == invariant::mutual_links);
@@ -99,15 +108,15 @@ TEST_CASE("two pixels that claim one neighbor are detected") {
 TEST_CASE("a mutual link between pixels that are not side by side is detected") {
     int broken = 0;
     testing::for_random_graphs(15, 1000, [&](const testing::random_layers& layers, std::mt19937& random) {
-        graph g = layers.topology;
+        own_columns g(layers.topology());
         if (g.size() == 0) return;
         const std::int32_t a = testing::below(random, static_cast<std::int32_t>(g.size()));
         const std::int32_t b = testing::below(random, static_cast<std::int32_t>(g.size()));
         const side s = testing::random_side(random);
         const std::size_t i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        const bool side_by_side = g.x[j] == g.x[i] + step_x(s) && g.y[j] == g.y[i] + step_y(s);
+        const bool side_by_side = g.x()[j] == g.x()[i] + step_x(s) && g.y()[j] == g.y()[i] + step_y(s);
         if (side_by_side || g.neighbor(a, s) != no_pixel || g.neighbor(b, opposite(s)) != no_pixel) return;
-        g.link(a, s, b);
+        g.neighbors(s)[a] = b, g.neighbors(opposite(s))[b] = a;
         const std::optional<violation> found = validate(g);
         REQUIRE(found.has_value());
         CHECK(found->broken == invariant::one_step_away);
@@ -118,7 +127,7 @@ TEST_CASE("a mutual link between pixels that are not side by side is detected") 
 }
 
 TEST_CASE("pixels out of canonical order are detected where they stand") {
-    graph g = make_grid(4, 4);
+    const graph g = make_grid(4, 4);
     buffer<std::int32_t> order = canonical_order(g);
     std::swap(order[6], order[9]);
     const graph swapped = ldi::reordered(g, order);
@@ -131,7 +140,7 @@ TEST_CASE("pixels out of canonical order are detected where they stand") {
 
 TEST_CASE("every invariant has a name of its own") {
     std::vector<std::string_view> names;
-    for (const invariant i : {invariant::equal_columns, invariant::inside_lattice, invariant::neighbor_in_range,
+    for (const invariant i : {invariant::inside_lattice, invariant::neighbor_in_range,
                               invariant::mutual_links, invariant::one_step_away, invariant::canonical_order})
         names.push_back(to_string(i));
     std::sort(names.begin(), names.end());
@@ -139,7 +148,7 @@ TEST_CASE("every invariant has a name of its own") {
     CHECK(std::find(names.begin(), names.end(), "unknown invariant") == names.end());
 }
 
-TEST_CASE("a layered image is sound if its graph is, its columns fit, and its disparities lie in [0, 1]") {
+TEST_CASE("the disparities of a sound layered image lie in [0, 1]") {
     photo_layers layers(make_grid(4, 3));
     CHECK_FALSE(validate(layers));
     layers.column<disparity_column>()[5] = 1.5F;
@@ -150,8 +159,4 @@ TEST_CASE("a layered image is sound if its graph is, its columns fit, and its di
     CHECK(validate(layers)->broken == invariant::disparity_in_range);
     layers.column<disparity_column>()[5] = 1.0F;
     CHECK_FALSE(validate(layers));
-    layers.column<color_column>().pop_back();
-    CHECK(validate(layers)->broken == invariant::a_row_a_pixel);
-    layers.topology.right[0] = no_pixel;
-    CHECK(validate(layers)->broken == invariant::mutual_links);
 }

@@ -1,5 +1,6 @@
 #include <ldi/core/window.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -13,7 +14,7 @@ namespace {
 using window = buffer<std::int32_t>;
 constexpr std::int32_t none = no_pixel;
 
-window window_of(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+window window_of(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     window result(static_cast<std::size_t>(kernel_size * kernel_size), 12345);
     gather_window(g, pixel, kernel_size, result);
     return result;
@@ -21,7 +22,7 @@ window window_of(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
 
 /// The same window by another road: round by round, each element that is still free goes to the neighboring element of the last
 /// round that was claimed first, and among its four sides to the first in order.
-window window_by_rounds(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+window window_by_rounds(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     struct claim {
         std::int32_t element, pixel, rank;
     };
@@ -79,7 +80,7 @@ TEST_CASE("exploration goes round a silhouette, and stays away from what it cann
     //     10 11 12 |13 14
     //     15 16 17 |18 19
     //     20 21 22  23 24
-    graph g = make_grid(5, 5);
+    testing::sketched_graph g(make_grid(5, 5));
     for (const std::int32_t i : {2, 7, 12, 17}) g.unlink(i, side::right);
     for (const std::int32_t i : {3, 4}) g.unlink(i, side::down);
     CHECK(window_of(g, 12, 5) ==
@@ -90,8 +91,7 @@ TEST_CASE("exploration goes round a silhouette, and stays away from what it cann
 
 TEST_CASE("equally long paths to different layers: up and down are taken before left and right") {
     //  Each corner of the center 0 has two layers: one behind the pixel above or below, one behind the pixel left or right.
-    graph g;
-    g.width = g.height = 3;
+    testing::sketched_graph g(3, 3);
     const std::int32_t center = g.add_pixel(1, 1);
     const std::int32_t up = g.add_pixel(1, 0), down = g.add_pixel(1, 2), left = g.add_pixel(0, 1), right = g.add_pixel(2, 1);
     const std::int32_t up_left = g.add_pixel(0, 0), up_right = g.add_pixel(2, 0);
@@ -119,8 +119,7 @@ TEST_CASE("equally long paths to different layers: up and down are taken before 
 
 TEST_CASE("a shorter path wins over a longer one that turns up first") {
     //  Two layers at (2, 0): one is two steps away, right then up; the other four, up, up, right, down.
-    graph g;
-    g.width = 3, g.height = 4;
+    testing::sketched_graph g(3, 4);
     const std::int32_t center = g.add_pixel(1, 2), right = g.add_pixel(2, 2), short_way = g.add_pixel(2, 1);
     const std::int32_t up = g.add_pixel(1, 1), up_up = g.add_pixel(1, 0), over = g.add_pixel(2, 0), long_way = g.add_pixel(2, 1);
     g.link(center, side::right, right), g.link(right, side::up, short_way);
@@ -136,8 +135,7 @@ TEST_CASE("a shorter path wins over a longer one that turns up first") {
 
 TEST_CASE("round the end of a silhouette a window stays on its turn until another is nearer") {
     // Four pixels a turn round the lattice point (1, 1); from the top left pixel of a turn right leads to the next turn.
-    graph g;
-    g.width = g.height = 2;
+    testing::sketched_graph g(2, 2);
     buffer<std::int32_t> a, b, c, d;  // top left, top right, bottom left, bottom right
     for (std::size_t turn = 0; turn < 3; ++turn) {
         a.push_back(g.add_pixel(0, 0)), b.push_back(g.add_pixel(1, 0));
@@ -157,7 +155,7 @@ TEST_CASE("round the end of a silhouette a window stays on its turn until anothe
 TEST_CASE("a window is what exploration round by round finds, on any graph") {
     const std::int32_t sizes[] = {1, 3, 5, 7, 9, 15};
     testing::for_random_graphs(20, 2500, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         for (int repeat = 0; repeat < 6 && g.size() > 0; ++repeat) {
             const std::int32_t pixel = testing::below(random, static_cast<std::int32_t>(g.size()));
             const std::int32_t kernel_size = sizes[repeat];
@@ -168,7 +166,7 @@ TEST_CASE("a window is what exploration round by round finds, on any graph") {
 
 TEST_CASE("every element of a window lies where the kernel says, and joins the center inside the window") {
     testing::for_random_graphs(21, 500, [](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         for (std::int32_t pixel = 0; pixel < static_cast<std::int32_t>(g.size()); ++pixel) {
             const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4), center = kernel_size / 2;
             const window found = window_of(g, pixel, kernel_size);
@@ -177,8 +175,8 @@ TEST_CASE("every element of a window lies where the kernel says, and joins the c
                 const std::int32_t there = found[static_cast<std::size_t>(element)];
                 if (there == none) continue;
                 const std::size_t i = static_cast<std::size_t>(pixel), j = static_cast<std::size_t>(there);
-                REQUIRE(g.x[j] - g.x[i] == element % kernel_size - center);
-                REQUIRE(g.y[j] - g.y[i] == element / kernel_size - center);
+                REQUIRE(g.x()[j] - g.x()[i] == element % kernel_size - center);
+                REQUIRE(g.y()[j] - g.y()[i] == element / kernel_size - center);
                 bool joined = there == pixel;
                 for (const side s : all_sides)
                     joined = joined || (g.neighbor(there, s) != none &&
@@ -191,7 +189,7 @@ TEST_CASE("every element of a window lies where the kernel says, and joins the c
 
 TEST_CASE("a window does not depend on the order of pixels") {
     testing::for_random_graphs(22, 500, [](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const buffer<std::int32_t> order = testing::random_permutation(random, g.size());
         const graph moved = ldi::reordered(g, order);
         for (std::int32_t repeat = 0; repeat < 10 && g.size() > 0; ++repeat) {

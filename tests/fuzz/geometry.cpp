@@ -30,9 +30,9 @@ ldi::image<float> read_map(const std::uint8_t* data, std::size_t size, std::size
 
 void run(const ldi::image<std::uint8_t>& photo, const ldi::given_disparity& depth, const ldi::photo3d_options& options) {
     const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter(), options);
-    if (ldi::validate(made.layers.topology)) std::abort();
+    if (ldi::validate(made.layers.topology())) std::abort();
     ldi::glb_options glb;
-    glb.camera = made.layers.camera, glb.motion = made.layers.motion, glb.range = made.layers.range;
+    glb.camera = made.facts.camera, glb.motion = made.facts.motion, glb.range = made.facts.range;
     if (ldi::encode_glb(made.mesh, made.atlas.color, glb).empty()) std::abort();
 }
 

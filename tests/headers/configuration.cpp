@@ -14,26 +14,21 @@ struct holder {  // what a forward declaration is for
 struct temperature {
     using scalar = float;
     static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return ldi::zeroed(origin); }
 };
-
-/// Specialized from outside of the inline namespace.
-template <>
-constexpr ldi::new_pixels ldi::at_new_pixels<temperature>() {
-    return ldi::new_pixels::zero;
-}
-static_assert(ldi::at_new_pixels<temperature>() == ldi::new_pixels::zero);
 
 /// A number that depends on nothing but the arithmetic of what it runs through.
 double LDI_UNIT() {
-    ldi::graph grid = ldi::make_grid(9, 7);
-    grid.unlink(10, ldi::side::right);
+    ldi::graph_builder builder(ldi::make_grid(9, 7));
+    builder.unlink(10, ldi::side::right);
+    const ldi::graph grid = std::move(builder).build();
     holder held{&grid, nullptr};
     ldi::image<std::uint8_t> picture(20, 30, 3);
     for (std::size_t i = 0; i < picture.size(); ++i) picture.data()[i] = static_cast<std::uint8_t>(i * 7);
     ldi::serial_executor threads;
     const ldi::image<std::uint8_t> small = ldi::area_resize(picture, 7, 9, threads);
     const ldi::image<float> disparity(7, 9, 1, 0.5F);
-    const auto layer = ldi::add_column<temperature>(ldi::lift(small, disparity), ldi::buffer<float>(63, 2.0F));
+    const auto layer = ldi::lift(small, disparity).with<temperature>(ldi::buffer<float>(63, 2.0F));
     ldi::textured_mesh mesh{{0, 0, -1, 0, -1, -1, 1, 0, -1.1F}, {0, 0, 0, 1, 1, 0}, {}, {0, 1, 2}};
     const ldi::buffer<std::byte> glb = ldi::encode_glb(mesh, small);
     double sum = static_cast<double>(glb.size() + layer.size() +

@@ -1,4 +1,6 @@
 // One of two translation units that include the same headers; see CMakeLists.txt.
+#include "tests/support/sketched_graph.hpp"
+
 #include LDI_HEADER
 
 #include "layout.hpp"
@@ -15,7 +17,7 @@ type_layout layout_of(const char* name) {
 }  // namespace
 
 std::vector<type_layout> LDI_UNIT() {
-    ldi::graph grid = ldi::make_grid(5, 4);
+    ldi::testing::sketched_graph grid(ldi::make_grid(5, 4));
     grid.unlink(0, ldi::side::right);
     if (ldi::validate(grid).has_value()) return {};
     return {

@@ -26,13 +26,9 @@ ldi::buffer<ldi::chart_placement> random_placements(const charted_graph& c, std:
     return result;
 }
 
-ldi::pinhole_camera camera_of(const charted_graph& c) { return {c.topology.width, c.topology.height, 30.0F}; }
+ldi::pinhole_camera camera_of(const charted_graph& c) { return {c.topology.width(), c.topology.height(), 30.0F}; }
 
-ldi::testing::surfaces layers_of(const charted_graph& c, const ldi::pinhole_camera& camera) {
-    ldi::testing::surfaces layers = ldi::testing::surfaces_of(c.topology, c.disparity);
-    layers.camera = camera, layers.range = range;
-    return layers;
-}
+ldi::testing::surfaces layers_of(const charted_graph& c) { return ldi::testing::surfaces_of(c.topology, c.disparity); }
 
 ldi::texture_atlas atlas_of(const ldi::buffer<ldi::chart_placement>& placements) {
     ldi::texture_atlas atlas;
@@ -43,7 +39,7 @@ ldi::texture_atlas atlas_of(const ldi::buffer<ldi::chart_placement>& placements)
 
 ldi::textured_mesh mesh_of(const charted_graph& c, const ldi::buffer<ldi::chart_placement>& placements,
                            const ldi::mesh_options& options) {
-    return ldi::build_mesh(layers_of(c, camera_of(c)), c.charts, atlas_of(placements), options);
+    return ldi::build_mesh(layers_of(c), {camera_of(c), range, {}}, c.charts, atlas_of(placements), options);
 }
 
 ldi::mesh_options small_options() {
@@ -85,7 +81,7 @@ TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
         const ldi::mesh_options options = small_options();
         const ldi::textured_mesh m = mesh_of(c, placements, options);
         ldi::serial_executor threads;
-        const ldi::flat_mesh flat = ldi::build_flat_mesh(layers_of(c, camera_of(c)), c.charts, options, threads);
+        const ldi::flat_mesh flat = ldi::build_flat_mesh(layers_of(c), range, c.charts, options, threads);
         std::size_t v = 0;
         for (std::size_t k = 0; k < flat.charts.size(); ++k) {
             const std::size_t end =
@@ -149,7 +145,7 @@ TEST_CASE("Where two charts meet, both have the same edges between the same poin
                 return on_border(edge.first, axis, static_cast<float>(limit)) &&
                        on_border(edge.second, axis, static_cast<float>(limit));
             };
-            REQUIRE((both(0, 0) || both(1, 0) || both(0, c.topology.width) || both(1, c.topology.height)));
+            REQUIRE((both(0, 0) || both(1, 0) || both(0, c.topology.width()) || both(1, c.topology.height())));
         }
     }
     REQUIRE(shared > 10000);
@@ -160,7 +156,7 @@ TEST_CASE("Disparity beyond its range is taken as its limits") {
     c.topology = ldi::make_grid(8, 8);
     c.charts.chart_of.assign(c.topology.size(), 0);
     c.charts.charts.push_back({0, 0, 8, 8, {}});
-    for (std::size_t i = 0; i < c.topology.size(); ++i) c.disparity.push_back(c.topology.x[i] < 4 ? -0.5F : 1.5F);
+    for (std::size_t i = 0; i < c.topology.size(); ++i) c.disparity.push_back(c.topology.x()[i] < 4 ? -0.5F : 1.5F);
     const ldi::textured_mesh m = mesh_of(c, {{0, 0}}, small_options());
     float nearest = 100, farthest = 0;
     for (std::size_t v = 0; v < m.vertex_count(); ++v) {
@@ -175,7 +171,7 @@ TEST_CASE("A camera of another size, or placements of other charts, raise an err
     const charted_graph c = ldi_test::random_charts(3, 20);
     ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);
-    const auto build = [&] { return ldi::build_mesh(layers_of(c, camera), c.charts, atlas_of(placements), small_options()); };
+    const auto build = [&] { return ldi::build_mesh(layers_of(c), {camera, range, {}}, c.charts, atlas_of(placements), small_options()); };
     REQUIRE_NOTHROW(build());
     camera.width += 1;
     REQUIRE_THROWS_AS(build(), ldi::error);

@@ -1,5 +1,7 @@
 #include <ldi/mesh/flat_mesh.hpp>
 
+#include "tests/support/sketched_graph.hpp"
+
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
 #include <tests/support/surfaces.hpp>
@@ -16,7 +18,7 @@ using ldi_test::charted_graph;
 
 ldi::flat_mesh mesh_of(const charted_graph& c, const ldi::mesh_options& options) {
     ldi::serial_executor threads;
-    return ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), c.charts, options, threads);
+    return ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), {}, c.charts, options, threads);
 }
 
 ldi::mesh_options with_tolerance(float tolerance) {
@@ -121,7 +123,7 @@ TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, a
             const ldi::chart& box = c.charts.charts[k];
             std::set<std::pair<std::int32_t, std::int32_t>> pixels;
             for (std::int32_t pixel : box.pixels)
-                pixels.emplace(c.topology.x[static_cast<std::size_t>(pixel)], c.topology.y[static_cast<std::size_t>(pixel)]);
+                pixels.emplace(c.topology.x()[static_cast<std::size_t>(pixel)], c.topology.y()[static_cast<std::size_t>(pixel)]);
             const std::vector<triangle> triangles = triangles_of(m, m.charts[k], fine);
             for (std::int32_t y = box.y - 1; y <= box.y + box.height; ++y)
                 for (std::int32_t x = box.x - 1; x <= box.x + box.width; ++x)
@@ -140,7 +142,7 @@ TEST_CASE("With a tolerance no center is covered twice, and those farther than i
             const ldi::chart& box = c.charts.charts[k];
             std::set<std::pair<std::int32_t, std::int32_t>> pixels;
             for (std::int32_t pixel : box.pixels)
-                pixels.emplace(c.topology.x[static_cast<std::size_t>(pixel)], c.topology.y[static_cast<std::size_t>(pixel)]);
+                pixels.emplace(c.topology.x()[static_cast<std::size_t>(pixel)], c.topology.y()[static_cast<std::size_t>(pixel)]);
             const std::vector<triangle> triangles = triangles_of(m, m.charts[k], fine);
             for (std::int32_t y = box.y - 1; y <= box.y + box.height; ++y)
                 for (std::int32_t x = box.x - 1; x <= box.x + box.width; ++x) {
@@ -206,7 +208,7 @@ TEST_CASE("The border of the photo stays straight and complete") {
         std::int64_t area = 0;
         for (const ldi::chart_mesh& chart : m.charts)
             for (const triangle& t : triangles_of(m, chart, 1)) area -= twice_area(t[0], t[1], t[2]);
-        REQUIRE(area == 2 * std::int64_t{c.topology.width} * c.topology.height);
+        REQUIRE(area == 2 * std::int64_t{c.topology.width()} * c.topology.height());
     }
 }
 
@@ -217,7 +219,7 @@ TEST_CASE("The mesh does not depend on the number of threads") {
         const ldi::mesh_options options = with_tolerance(1.0F);
         const ldi::flat_mesh a = mesh_of(c, options);
         const ldi::flat_mesh b =
-            ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), c.charts, options, threads);
+            ldi::build_flat_mesh(ldi::testing::surfaces_of(c.topology, c.disparity), {}, c.charts, options, threads);
         REQUIRE(a.charts.size() == b.charts.size());
         for (std::size_t i = 0; i < a.charts.size(); ++i) {
             REQUIRE(a.charts[i].outline == b.charts[i].outline);
@@ -228,8 +230,7 @@ TEST_CASE("The mesh does not depend on the number of threads") {
 
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE("A chart with two pixels at one position raises an error") {
-    ldi::graph g;
-    g.width = 3, g.height = 1;
+    ldi::testing::sketched_graph g(3, 1);
     for (std::int32_t layer = 0; layer < 2; ++layer) {
         const std::int32_t first = g.add_pixel(0, 0);
         g.link(first, ldi::side::right, g.add_pixel(1, 0));
@@ -239,7 +240,7 @@ TEST_CASE("A chart with two pixels at one position raises an error") {
     charts.charts.push_back({0, 0, 2, 1, {0, 1, 2, 3}});
     const ldi::buffer<float> disparity(4, 0.5F);
     ldi::serial_executor threads;
-    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), charts, {}, threads), ldi::error);
+    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, disparity), {}, charts, {}, threads), ldi::error);
 }
 
 TEST_CASE("An outline tolerance that reaches the studs raises an error") {
@@ -250,7 +251,7 @@ TEST_CASE("An outline tolerance that reaches the studs raises an error") {
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 4, 4, {}});
-    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, ldi::buffer<float>(16)), charts, options, threads),
+    REQUIRE_THROWS_AS(ldi::build_flat_mesh(ldi::testing::surfaces_of(g, ldi::buffer<float>(16)), {}, charts, options, threads),
                       ldi::error);
 }
 #endif

@@ -95,7 +95,7 @@ TEST_CASE("on sheets a mesh has the same vertices and triangles, bit for bit, in
 TEST_CASE("a texture coordinate on a sheet is the vertex's place in the photo") {
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 512);
-        const pinhole_camera& camera = s.made.layers.camera;
+        const pinhole_camera& camera = s.made.facts.camera;
         for (std::size_t t = 1; t < s.mesh.part_count(); ++t)
             for (std::size_t v = s.mesh.part(t).first_vertex; v < s.mesh.part(t + 1).first_vertex; ++v) {
                 const sheet_placement& place = s.layout.placements[s.made.charts.chart_of[s.mesh.pixels[v]]];
@@ -114,7 +114,7 @@ TEST_CASE("a mesh on sheets has no crack where they meet: it covers what the mes
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 256);
         for (const float shift : {-4.0F, 0.0F, 7.0F}) {
-            const view from = moved_view(s.made.layers.camera, s.made.layers.range, 1.0F, shift);
+            const view from = moved_view(s.made.facts.camera, s.made.facts.range, 1.0F, shift);
             const rendering on_atlas = rasterize(s.made.mesh, s.made.atlas.color, from);
             const rendering on_sheets = rasterize(s.mesh, s.textures, from);
             INFO(name << " moved by " << shift);
@@ -129,7 +129,7 @@ TEST_CASE("seen from the photo's place at its size, a 3D photo on sheets is the 
     for (const char* name : names) {
         const full_size_scene s = make_scene(name, 120, 160, 1024);
         view from;
-        from.camera = s.made.layers.camera;
+        from.camera = s.made.facts.camera;
         from.camera.width *= 4, from.camera.height *= 4, from.camera.focal_length *= 4;
         const double on_sheets = psnr(rasterize(s.mesh, s.textures, from).color, s.photo, 8);
         const double on_atlas = psnr(rasterize(s.made.mesh, s.made.atlas.color, from).color, s.photo, 8);

@@ -1,5 +1,7 @@
 #include <ldi/mesh/outlines.hpp>
 
+#include "tests/support/sketched_graph.hpp"
+
 #include <catch2/catch.hpp>
 #include <tests/mesh/random_charts.hpp>
 
@@ -25,17 +27,17 @@ struct corner_classes {
 };
 
 // Corner k of pixel i is 4 i + k: top left, top right, bottom right, bottom left.
-corner_classes classes_by_definition(const ldi::graph& g) {
+corner_classes classes_by_definition(const ldi::graph_view& g) {
     corner_classes c;
     c.parent.resize(4 * g.size());
     std::iota(c.parent.begin(), c.parent.end(), std::size_t{0});
     for (std::size_t i = 0; i < g.size(); ++i) {
-        if (g.right[i] != ldi::no_pixel) {
-            const std::size_t r = static_cast<std::size_t>(g.right[i]);
+        if (g.right()[i] != ldi::no_pixel) {
+            const std::size_t r = static_cast<std::size_t>(g.right()[i]);
             c.unite(4 * i + 1, 4 * r), c.unite(4 * i + 2, 4 * r + 3);
         }
-        if (g.down[i] != ldi::no_pixel) {
-            const std::size_t d = static_cast<std::size_t>(g.down[i]);
+        if (g.down()[i] != ldi::no_pixel) {
+            const std::size_t d = static_cast<std::size_t>(g.down()[i]);
             c.unite(4 * i + 3, 4 * d), c.unite(4 * i + 2, 4 * d + 1);
         }
     }
@@ -71,7 +73,7 @@ TEST_CASE("The outlines of a chart are closed and pass every boundary side of it
             std::multiset<std::array<std::int32_t, 4>> expected, found;
             for (std::int32_t pixel : c.charts.charts[chart].pixels) {
                 const std::size_t i = static_cast<std::size_t>(pixel);
-                const std::int32_t x = c.topology.x[i], y = c.topology.y[i];
+                const std::int32_t x = c.topology.x()[i], y = c.topology.y()[i];
                 if (is_boundary(c, i, ldi::side::up)) expected.insert({x, y, x + 1, y});
                 if (is_boundary(c, i, ldi::side::right)) expected.insert({x + 1, y, x + 1, y + 1});
                 if (is_boundary(c, i, ldi::side::down)) expected.insert({x + 1, y + 1, x, y + 1});
@@ -114,7 +116,7 @@ TEST_CASE("A corner is one vertex for all pixels that share it, with their avera
         std::vector<std::tuple<std::int32_t, std::int32_t, double>> expected, found;
         for (std::size_t root : on_boundary) {
             const std::size_t i = root / 4, k = root % 4;
-            expected.emplace_back(g.x[i] + (k == 1 || k == 2 ? 1 : 0), g.y[i] + (k >= 2 ? 1 : 0),
+            expected.emplace_back(g.x()[i] + (k == 1 || k == 2 ? 1 : 0), g.y()[i] + (k >= 2 ? 1 : 0),
                                   sums[root].first / sums[root].second);
         }
         for (const ldi::outline_corner& corner : outlines.corners)
@@ -170,8 +172,7 @@ TEST_CASE("The outline of a photo with one chart has a piece for each of its bor
 
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE("Pixels that are not in canonical order raise an error") {
-    ldi::graph g;
-    g.width = 2, g.height = 1;
+    ldi::testing::sketched_graph g(2, 1);
     g.add_pixel(1, 0), g.add_pixel(0, 0);
     g.link(1, ldi::side::right, 0);
     ldi::chart_set charts;

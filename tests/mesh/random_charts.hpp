@@ -27,24 +27,24 @@ struct charted_graph {
 /// Layers of random pixels over one another, linked within a layer and, here and there, from one layer to another.
 inline ldi::graph random_layers(std::mt19937& random, std::int32_t max_side) {
     const auto below = [&](std::int32_t n) { return static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(n)); };
-    ldi::graph g;
-    g.width = 1 + below(max_side), g.height = 1 + below(max_side);
+    const std::int32_t width = 1 + below(max_side), height = 1 + below(max_side);
+    ldi::graph_builder g(width, height);
     const std::int32_t layers = 1 + below(3);
     const std::int32_t density = 40 + below(61), linked = 70 + below(31), folded = below(40);
-    ldi::buffer<ldi::buffer<std::int32_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    ldi::buffer<ldi::buffer<std::int32_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
     for (std::int32_t layer = 0; layer < layers; ++layer)
-        for (std::int32_t y = 0; y < g.height; ++y)
-            for (std::int32_t x = 0; x < g.width; ++x)
+        for (std::int32_t y = 0; y < g.height(); ++y)
+            for (std::int32_t x = 0; x < g.width(); ++x)
                 if (below(100) < density || at.size() == 1)
-                    at[static_cast<std::size_t>(y * g.width + x)].push_back(g.add_pixel(x, y));
+                    at[static_cast<std::size_t>(y * g.width() + x)].push_back(g.add_pixel(x, y));
     for (std::int32_t pass = 0; pass < 2; ++pass)
-        for (std::int32_t y = 0; y < g.height; ++y)
-            for (std::int32_t x = 0; x < g.width; ++x)
+        for (std::int32_t y = 0; y < g.height(); ++y)
+            for (std::int32_t x = 0; x < g.width(); ++x)
                 for (ldi::side s : {ldi::side::right, ldi::side::down}) {
                     const std::int32_t u = x + ldi::step_x(s), v = y + ldi::step_y(s);
-                    if (u >= g.width || v >= g.height) continue;
-                    const auto& here = at[static_cast<std::size_t>(y * g.width + x)];
-                    const auto& there = at[static_cast<std::size_t>(v * g.width + u)];
+                    if (u >= g.width() || v >= g.height()) continue;
+                    const auto& here = at[static_cast<std::size_t>(y * g.width() + x)];
+                    const auto& there = at[static_cast<std::size_t>(v * g.width() + u)];
                     for (std::size_t i = 0; i < here.size(); ++i)
                         for (std::size_t j = 0; j < there.size(); ++j) {
                             if (g.neighbor(here[i], s) != ldi::no_pixel) continue;
@@ -52,11 +52,12 @@ inline ldi::graph random_layers(std::mt19937& random, std::int32_t max_side) {
                             if (pass == 0 ? i == j && below(100) < linked : below(100) < folded) g.link(here[i], s, there[j]);
                         }
                 }
-    return ldi::reordered(g, ldi::canonical_order(g));
+    const ldi::graph made = std::move(g).build();
+    return ldi::reordered(made, ldi::canonical_order(made));
 }
 
 /// Connected charts of random size with at most one pixel at a position.
-inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random) {
+inline ldi::chart_set random_partition(const ldi::graph_view& g, std::mt19937& random) {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
     ldi::chart_set result;
     result.chart_of.assign(g.size(), ldi::no_pixel);
@@ -72,7 +73,7 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
             const std::int32_t pixel = front.back();
             front.pop_back();
             const std::size_t i = static_cast<std::size_t>(pixel);
-            if (result.chart_of[i] != ldi::no_pixel || !taken.insert({g.x[i], g.y[i]}).second) continue;
+            if (result.chart_of[i] != ldi::no_pixel || !taken.insert({g.x()[i], g.y()[i]}).second) continue;
             result.chart_of[i] = index;
             chart.pixels.push_back(pixel);
             for (ldi::side s : ldi::all_sides)
@@ -80,11 +81,11 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
         }
         std::sort(chart.pixels.begin(), chart.pixels.end());
         std::int32_t right = 0, bottom = 0;
-        chart.x = g.width, chart.y = g.height;
+        chart.x = g.width(), chart.y = g.height();
         for (std::int32_t pixel : chart.pixels) {
             const std::size_t i = static_cast<std::size_t>(pixel);
-            chart.x = std::min(chart.x, g.x[i]), right = std::max(right, g.x[i] + 1);
-            chart.y = std::min(chart.y, g.y[i]), bottom = std::max(bottom, g.y[i] + 1);
+            chart.x = std::min(chart.x, g.x()[i]), right = std::max(right, g.x()[i] + 1);
+            chart.y = std::min(chart.y, g.y()[i]), bottom = std::max(bottom, g.y()[i] + 1);
         }
         chart.width = right - chart.x, chart.height = bottom - chart.y;
         result.charts.push_back(std::move(chart));
@@ -93,13 +94,13 @@ inline ldi::chart_set random_partition(const ldi::graph& g, std::mt19937& random
 }
 
 /// Smooth disparity, or noise.
-inline ldi::buffer<float> random_disparity(const ldi::graph& g, std::mt19937& random) {
+inline ldi::buffer<float> random_disparity(const ldi::graph_view& g, std::mt19937& random) {
     std::uniform_real_distribution<float> uniform(0.0F, 1.0F);
     const float noise = random() % 3 == 0 ? 1.0F : random() % 2 == 0 ? 0.0F : 0.02F;
     const float a = uniform(random) * 0.05F, b = uniform(random) * 0.05F, c = uniform(random);
     ldi::buffer<float> disparity;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        const float x = static_cast<float>(g.x[i]), y = static_cast<float>(g.y[i]);
+        const float x = static_cast<float>(g.x()[i]), y = static_cast<float>(g.y()[i]);
         disparity.push_back(std::clamp(c * 0.5F + a * x + b * y + noise * (uniform(random) - 0.5F), 0.0F, 1.0F));
     }
     return disparity;

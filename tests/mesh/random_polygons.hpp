@@ -69,7 +69,7 @@ inline void add_inner_chains(ldi::polygon& p, const charted_graph& c, std::size_
     for (std::int32_t pixel : c.charts.charts[chart].pixels) {
         const std::size_t i = static_cast<std::size_t>(pixel);
         if (random() % 3 != 0) continue;
-        const std::int32_t x = c.topology.x[i] * scale + scale / 2, y = c.topology.y[i] * scale + scale / 2;
+        const std::int32_t x = c.topology.x()[i] * scale + scale / 2, y = c.topology.y()[i] * scale + scale / 2;
         const std::int32_t count = 1 + static_cast<std::int32_t>(random() % 3);
         for (std::int32_t k = 0; k < count; ++k) {
             p.points.push_back({x, y + k});

@@ -68,7 +68,7 @@ TEST_CASE("A straight border keeps a corner where disparity bends and drops the 
     charts.chart_of.assign(g.size(), 0);
     charts.charts.push_back({0, 0, 40, 3, {}});
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min(g.x[i], 20));
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.02F * static_cast<float>(std::min(g.x()[i], 20));
     const ldi::chart_outlines outlines = ldi::trace_outlines(g, disparity, charts);
     const ldi::simplified_boundary boundary(outlines, {1.0F, 0.011F, 100.0F});
     for (std::size_t p = 0; p < outlines.pieces.size(); ++p) {
@@ -119,7 +119,7 @@ TEST_CASE(
     for (const std::int32_t width : {37, 64, 150, 331, 512}) {
         const ldi::graph g = ldi::make_grid(width, 3);
         ldi::buffer<float> disparity;
-        for (std::int32_t i = 0; i < g.count(); ++i) disparity.push_back(static_cast<float>(g.x[i]) / static_cast<float>(width));
+        for (std::int32_t i = 0; i < g.count(); ++i) disparity.push_back(static_cast<float>(g.x()[i]) / static_cast<float>(width));
         ldi::chart_set charts;
         charts.chart_of.assign(g.size(), 0);
         ldi::chart& all = charts.charts.emplace_back();

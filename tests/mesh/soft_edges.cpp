@@ -27,8 +27,8 @@ namespace {
 /// Random surfaces in front of each other, up to their mesh.
 struct scene {
     ldi::image<float> disparity;
-    ldi::image<std::uint8_t> matte;
     ldi::photo_layers layers;
+    ldi::photo_facts facts;
     ldi::chart_set charts;
     ldi::texture_atlas atlas;
 
@@ -36,17 +36,20 @@ struct scene {
         std::mt19937 random(seed);
         disparity = ldi::test::random_disparity(random, 60 + seed % 40, 80);
         ldi::photo_layer layer = ldi::test::lift_disparity(disparity);
-        const auto curves = ldi::find_discontinuity_curves(layer);
+        const auto curves = ldi::find_discontinuity_curves(layer, {});
         ldi::close_spurious_discontinuities(layer, curves);
-        matte = ldi::unmix_colors(layer);
-        layers = ldi::expand(std::move(layer), curves);
+        ldi::unmix_colors(layer);
+        facts = ldi::test::facts_of(layer.topology());
+        layers = ldi::expand(std::move(layer), {}, curves).layers;
         ldi::diffusion_inpainter().inpaint(layers);
-        charts = ldi::make_charts(layers);
+        charts = ldi::make_charts(layers, {});
         atlas = ldi::make_atlas(layers, charts);
     }
 
+    ldi::layered_view<ldi::disparity_column> without_matte() const { return layers; }
+
     ldi::textured_mesh mesh(const ldi::mesh_options& options) const {
-        return ldi::build_mesh(layers, charts, atlas, {disparity, matte}, options);
+        return ldi::build_mesh(layers, facts, charts, atlas, options);
     }
 };
 
@@ -80,11 +83,11 @@ TEST_CASE("a strip hangs on the mesh's vertices, bit for bit, and fades out over
                 continue;
             }
             ++outer;
-            const auto [x, y] = s.layers.camera.project(p);
+            const auto [x, y] = s.facts.camera.project(p);
             const auto at = [](float c, std::size_t length) {
                 return std::clamp<std::size_t>(static_cast<std::size_t>(std::max(c, 0.0F)), 0, length - 1);
             };
-            const float seen = s.layers.range.depth(s.disparity(at(y, s.disparity.height()), at(x, s.disparity.width())));
+            const float seen = s.facts.range.depth(s.disparity(at(y, s.disparity.height()), at(x, s.disparity.width())));
             behind += seen > -p[2] ? 1U : 0U;
         }
         rims += outer;
@@ -122,7 +125,7 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
         const auto bytes = [&](const ldi::textured_mesh& mesh) { return ldi::encode_glb(mesh, s.atlas.color).size(); };
         ldi::mesh_options options;
         options.soft_edges.least_width = 0;
-        const ldi::textured_mesh hard = s.mesh(options), plain = ldi::build_mesh(s.layers, s.charts, s.atlas);
+        const ldi::textured_mesh hard = s.mesh(options), plain = ldi::build_mesh(s.without_matte(), s.facts, s.charts, s.atlas);
         CHECK(hard.soft_edges.triangles.empty());
         CHECK(plain.soft_edges.triangles.empty());
         const ldi::textured_mesh soft = s.mesh(ldi::mesh_options());
@@ -136,9 +139,9 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
 
 TEST_CASE("a flat photo has no strip") {
     ldi::photo_layer layer = ldi::test::lift_disparity(ldi::image<float>(40, 50, 1, 0.5F));
-    const ldi::image<std::uint8_t> matte = ldi::unmix_colors(layer);
-    const ldi::photo_layers layers = ldi::expand(std::move(layer), {});
-    const ldi::chart_set charts = ldi::make_charts(layers);
-    const ldi::image<float> flat(40, 50, 1, 0.5F);
-    CHECK(ldi::build_mesh(layers, charts, ldi::make_atlas(layers, charts), {flat, matte}, {}).soft_edges.triangles.empty());
+    ldi::unmix_colors(layer);
+    const ldi::photo_layers layers = ldi::expand(std::move(layer), {}, {}).layers;
+    const ldi::chart_set charts = ldi::make_charts(layers, {});
+    const ldi::photo_facts facts = ldi::test::facts_of(layers.topology());
+    CHECK(ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts)).soft_edges.triangles.empty());
 }

@@ -14,19 +14,19 @@ ldi::stud_options options_with(std::int32_t spacing, float disparity_tolerance, 
     return options;
 }
 
-ldi::chart_set whole(const ldi::graph& g) {
+ldi::chart_set whole(const ldi::graph_view& g) {
     ldi::chart_set charts;
     charts.chart_of.assign(g.size(), 0);
-    charts.charts.push_back({0, 0, g.width, g.height, {}});
+    charts.charts.push_back({0, 0, g.width(), g.height(), {}});
     for (std::size_t i = 0; i < g.size(); ++i) charts.charts[0].pixels.push_back(static_cast<std::int32_t>(i));
     return charts;
 }
 
 // Studs as if drawing shifted no texture, so that only disparity decides.
-ldi::stud_set studs_of(const ldi::graph& g, const ldi::buffer<float>& disparity, const ldi::chart_set& charts,
+ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;
-    return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), charts, ldi::trace_outlines(g, disparity, charts), options);
+    return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts, ldi::trace_outlines(g, disparity, charts), options);
 }
 
 }  // namespace
@@ -35,18 +35,18 @@ TEST_CASE("A plane needs no inner vertices") {
     const ldi::graph g = ldi::make_grid(100, 80);
     ldi::buffer<float> disparity(g.size());
     for (std::size_t i = 0; i < g.size(); ++i)
-        disparity[i] = 0.1F + 0.004F * static_cast<float>(g.x[i]) + 0.005F * static_cast<float>(g.y[i]);
+        disparity[i] = 0.1F + 0.004F * static_cast<float>(g.x()[i]) + 0.005F * static_cast<float>(g.y()[i]);
     REQUIRE(studs_of(g, disparity, whole(g), {}).vertices.empty());
 }
 
 TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts the texture by less than the tolerance") {
     const ldi::graph g = ldi::make_grid(200, 300);
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.003F * static_cast<float>(g.y[i]);
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.003F * static_cast<float>(g.y()[i]);
     const ldi::chart_set charts = whole(g);
     const ldi::depth_range range;
     const ldi::stud_set studs =
-        ldi::make_studs(ldi::testing::surfaces_of(g, disparity), charts, ldi::trace_outlines(g, disparity, charts));
+        ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts, ldi::trace_outlines(g, disparity, charts));
     REQUIRE(studs.vertices.size() > 50);
     for (std::size_t s = 0; s + 1 < studs.first_vertex.size(); ++s)
         for (std::int32_t v = studs.first_vertex[s]; v + 1 < studs.first_vertex[s + 1]; ++v) {
@@ -59,7 +59,7 @@ TEST_CASE("On a slanted plane studs have vertices so close that drawing shifts t
 TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
     const ldi::graph g = ldi::make_grid(120, 80);
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min(g.y[i], 33));
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = 0.01F * static_cast<float>(std::min(g.y()[i], 33));
     const ldi::stud_set studs = studs_of(g, disparity, whole(g), options_with(24, 0.006F, 4));
     REQUIRE(studs.first_stud == ldi::buffer<std::int32_t>{0, 4});
     for (std::size_t s = 0; s < 4; ++s) {
@@ -72,7 +72,7 @@ TEST_CASE("Studs stand evenly and have a vertex where disparity bends") {
 TEST_CASE("Something upright and narrower than the distance between studs has vertices of its own") {
     const ldi::graph g = ldi::make_grid(120, 100);
     ldi::buffer<float> disparity(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = std::abs(g.x[i] - 60) < 4 ? 0.5F : 0.46F;
+    for (std::size_t i = 0; i < g.size(); ++i) disparity[i] = std::abs(g.x()[i] - 60) < 4 ? 0.5F : 0.46F;
     const ldi::stud_set studs = studs_of(g, disparity, whole(g), options_with(24, 0.006F, 4));
     REQUIRE(studs.vertices.size() >= 6);
     bool left = false, right = false;
@@ -116,10 +116,10 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
         REQUIRE(studs.first_stud.size() == c.charts.charts.size() + 1);
         REQUIRE(studs.first_vertex.size() == static_cast<std::size_t>(studs.first_stud.back()) + 1);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
-            ldi::buffer<std::int32_t> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), ldi::no_pixel);
+            ldi::buffer<std::int32_t> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), ldi::no_pixel);
             for (std::int32_t pixel : c.charts.charts[chart].pixels) {
                 const std::size_t i = static_cast<std::size_t>(pixel);
-                at[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])] = pixel;
+                at[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])] = pixel;
             }
             std::set<std::pair<std::int32_t, std::int32_t>> places;
             for (std::int32_t s = studs.first_stud[chart]; s < studs.first_stud[chart + 1]; ++s) {
@@ -135,19 +135,19 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
                         REQUIRE(v.y > studs.vertices[static_cast<std::size_t>(k) - 1].y);
                     }
                     REQUIRE(v.x - options.clearance >= 0);
-                    REQUIRE(v.x + options.clearance <= g.width);
+                    REQUIRE(v.x + options.clearance <= g.width());
                     REQUIRE(v.y - options.clearance >= 0);
-                    REQUIRE(v.y + options.clearance <= g.height);
+                    REQUIRE(v.y + options.clearance <= g.height());
                     double sum = 0;
                     for (std::int32_t y = v.y - options.clearance; y < v.y + options.clearance; ++y)
                         for (std::int32_t x = v.x - options.clearance; x < v.x + options.clearance; ++x) {
-                            const std::int32_t pixel = at[static_cast<std::size_t>(y * g.width + x)];
+                            const std::int32_t pixel = at[static_cast<std::size_t>(y * g.width() + x)];
                             REQUIRE(pixel != ldi::no_pixel);
                             const std::size_t i = static_cast<std::size_t>(pixel);
                             if (x + 1 < v.x + options.clearance)
-                                REQUIRE(g.right[i] == at[static_cast<std::size_t>(y * g.width + x + 1)]);
+                                REQUIRE(g.right()[i] == at[static_cast<std::size_t>(y * g.width() + x + 1)]);
                             if (y + 1 < v.y + options.clearance)
-                                REQUIRE(g.down[i] == at[static_cast<std::size_t>((y + 1) * g.width + x)]);
+                                REQUIRE(g.down()[i] == at[static_cast<std::size_t>((y + 1) * g.width() + x)]);
                             if ((x == v.x || x == v.x - 1) && (y == v.y || y == v.y - 1))
                                 sum += static_cast<double>(c.disparity[i]);
                         }

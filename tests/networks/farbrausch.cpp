@@ -3,6 +3,7 @@
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/networks/reference_farbrausch.hpp"
 #include "tests/support/random_graph.hpp"
 
@@ -93,21 +94,12 @@ golden_case read_case(const std::string& name, const std::string& network = "far
     const buffer<std::uint8_t>&image = tensor_values<std::uint8_t>(file, "image", shape),
           &known = tensor_values<std::uint8_t>(file, "known", {shape[1], shape[2]}),
           &exists = tensor_values<std::uint8_t>(file, "exists", {shape[1], shape[2]});
-    graph g = make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]));
     buffer<std::int32_t> order;
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        const std::int32_t pixel = static_cast<std::int32_t>(i);
-        if (exists[i] != 0) order.push_back(pixel);
-        for (const side s : all_sides)
-            if (exists[i] == 0) g.unlink(pixel, s);
-    }
+    for (std::size_t i = 0; i < exists.size(); ++i)
+        if (exists[i] != 0) order.push_back(static_cast<std::int32_t>(i));
     const std::size_t count = order.size();
-    for (std::size_t i = 0; i < g.size(); ++i)
-        if (exists[i] == 0) order.push_back(static_cast<std::int32_t>(i));
-    g = reordered(g, order);
-    g.resize(count);
-
-    golden_case result{photo_layers(g), {}, {}, {}};
+    golden_case result{photo_layers(make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]))), {}, {}, {}};
+    result.layers.keep(exists);
     std::size_t holes = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t p = static_cast<std::size_t>(order[i]);
@@ -178,12 +170,12 @@ double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
 test::reference_result reference(const named_tensors& weights, const inpainting_architecture& a, const photo_layers& layers) {
     buffer<double> color;
     for (const std::uint8_t c : layers.column<color_column>()) color.push_back(c / 255.0);
-    return test::reference_farbrausch(weights, a).run(layers.topology, color, layers.column<known_column>());
+    return test::reference_farbrausch(weights, a).run(layers.topology(), color, layers.column<known_column>());
 }
 
 /// A random layered image, some of it unknown.
 photo_layers random_layers(std::mt19937& random, std::int32_t side) {
-    photo_layers layers(testing::random_graph(random, side).topology);
+    photo_layers layers(testing::random_graph(random, side).topology());
     for (std::uint8_t& c : layers.column<color_column>()) c = static_cast<std::uint8_t>(testing::below(random, 256));
     const std::int32_t percent = testing::below(random, 101);
     for (std::uint8_t& k : layers.column<known_column>()) k = testing::chance(random, percent) ? 1 : 0;
@@ -226,14 +218,15 @@ TEST_CASE("the reference of these tests gives what PyTorch gives") {
 TEST_CASE("two surfaces in one layered image are inpainted as each of them alone") {
     const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
     const golden_case a = read_case("whole"), b = read_case("cut");
-    graph both = a.layers.topology;
-    const std::int32_t shift = static_cast<std::int32_t>(both.size());
-    both.width = std::max(both.width, b.layers.topology.width), both.height = std::max(both.height, b.layers.topology.height);
-    for (std::size_t i = 0; i < b.layers.size(); ++i) both.add_pixel(b.layers.topology.x[i], b.layers.topology.y[i]);
-    for (const side s : all_sides)
-        for (std::size_t i = 0; i < b.layers.size(); ++i)
-            if (const std::int32_t to = b.layers.topology.neighbors(s)[i]; to != no_pixel)
-                both.neighbors(s)[static_cast<std::size_t>(shift) + i] = shift + to;
+    const graph &first = a.layers.topology(), &second = b.layers.topology();
+    testing::sketched_graph both(std::max(first.width(), second.width()), std::max(first.height(), second.height()));
+    for (const graph* g : {&first, &second}) {
+        const std::int32_t shift = both.count();
+        for (std::int32_t i = 0; i < g->count(); ++i) both.add_pixel(g->x()[i], g->y()[i]);
+        for (const side s : {side::right, side::down})
+            for (std::int32_t i = 0; i < g->count(); ++i)
+                if (g->neighbor(i, s) != no_pixel) both.link(shift + i, s, shift + g->neighbor(i, s));
+    }
     photo_layers layers(both);
     std::copy(b.layers.column<color_column>().begin(), b.layers.column<color_column>().end(),
               std::copy(a.layers.column<color_column>().begin(), a.layers.column<color_column>().end(),
@@ -253,7 +246,7 @@ TEST_CASE("two surfaces in one layered image are inpainted as each of them alone
     std::size_t next = 0;
     for (const std::int32_t from : order) {
         const std::size_t i = static_cast<std::size_t>(from);
-        const bool is_a = from < shift;
+        const bool is_a = from < first.count();
         const std::uint8_t known =
             is_a ? a.layers.column<known_column>()[i] : b.layers.column<known_column>()[i - a.layers.size()];
         if (known != 0) continue;
@@ -363,7 +356,7 @@ TEST_CASE("the network written with the public operators is the network") {
                     static_cast<float>(expected.fill[3 * p + c] - expected.tone[3 * p + c]);
             encoded[0].at(p)[3] = layers.column<known_column>()[p];
         }
-        buffer<graph> graphs{layers.topology};
+        buffer<graph> graphs{layers.topology()};
         buffer<coarsened> next;
         for (std::size_t l = 0; l < depth; ++l) {
             next.push_back(coarsen(graphs[l]));
@@ -404,8 +397,8 @@ TEST_CASE("the number of threads changes nothing") {
 TEST_CASE("an image is inpainted as a single layer, and what is known stays as it is") {
     const farbrausch network = load_farbrausch(folder / "farbrausch_weights.safetensors");
     const golden_case whole = read_case("whole");
-    const std::size_t h = static_cast<std::size_t>(whole.layers.topology.height),
-                      w = static_cast<std::size_t>(whole.layers.topology.width);
+    const std::size_t h = static_cast<std::size_t>(whole.layers.topology().height()),
+                      w = static_cast<std::size_t>(whole.layers.topology().width());
     image<std::uint8_t> color(h, w, 3), known = image<std::uint8_t>(h, w);
     std::copy(whole.layers.column<color_column>().begin(), whole.layers.column<color_column>().end(), color.begin());
     std::copy(whole.layers.column<known_column>().begin(), whole.layers.column<known_column>().end(), known.begin());

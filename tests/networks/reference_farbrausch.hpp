@@ -29,8 +29,8 @@ public:
         : weights_(weights), architecture_(std::move(architecture)), levels_(architecture_.channels.size()) {}
 
     /// color  K x 3; known  K of 0 or 1
-    reference_result run(const graph& finest, const buffer<double>& color, const buffer<std::uint8_t>& known) {
-        graphs_ = {finest};
+    reference_result run(const graph_view& finest, const buffer<double>& color, ldi::array_view<const std::uint8_t> known) {
+        graphs_.assign(1, graph_builder(finest).build());
         kept_.clear(), above_.clear();
         for (std::size_t i = 0; i < levels_; ++i) {
             const coarsened next = coarsen(graphs_.back(), orphan_rule::adopt_nearest);
@@ -110,19 +110,19 @@ private:
     };
 
     /// For each pixel the coarse pixel at the even/even corner of its own 2 x 2 group, where links inside the group lead there.
-    static buffer<std::int32_t> corners(const graph& g, const buffer<std::int32_t>& kept) {
+    static buffer<std::int32_t> corners(const graph_view& g, const buffer<std::int32_t>& kept) {
         buffer<std::int32_t> coarse(g.size(), no_pixel), result(g.size(), no_pixel);
         for (std::size_t i = 0; i < kept.size(); ++i) coarse[static_cast<std::size_t>(kept[i])] = static_cast<std::int32_t>(i);
         for (std::size_t p = 0; p < g.size(); ++p) {
             buffer<std::int32_t> seen{static_cast<std::int32_t>(p)};
             for (std::size_t next = 0; next < seen.size() && result[p] == no_pixel; ++next) {
                 const std::size_t at = static_cast<std::size_t>(seen[next]);
-                if (g.x[at] % 2 == 0 && g.y[at] % 2 == 0) result[p] = coarse[at];
+                if (g.x()[at] % 2 == 0 && g.y()[at] % 2 == 0) result[p] = coarse[at];
                 for (const side s : all_sides) {
                     const std::int32_t to = g.neighbors(s)[at];
                     if (to == no_pixel) continue;
                     const std::size_t t = static_cast<std::size_t>(to);
-                    if (g.x[t] / 2 == g.x[p] / 2 && g.y[t] / 2 == g.y[p] / 2 &&
+                    if (g.x()[t] / 2 == g.x()[p] / 2 && g.y()[t] / 2 == g.y()[p] / 2 &&
                         std::find(seen.begin(), seen.end(), to) == seen.end())
                         seen.push_back(to);
                 }
@@ -131,7 +131,7 @@ private:
         return result;
     }
 
-    static pixel average(const graph& g, const std::vector<pixel>& values, std::int32_t at) {
+    static pixel average(const graph_view& g, const std::vector<pixel>& values, std::int32_t at) {
         std::array<std::int32_t, 9> window;
         gather_window(g, at, 3, window);
         pixel sum{};
@@ -142,7 +142,7 @@ private:
     }
 
     /// Pixels without a color take the average of those linked to them that have one, until none can.
-    static void color_along_links(const graph& g, std::vector<pixel>& values) {
+    static void color_along_links(const graph_view& g, std::vector<pixel>& values) {
         for (bool changes = true; changes;) {
             changes = false;
             const std::vector<pixel> before = values;

@@ -13,12 +13,12 @@ namespace {
 ldi::buffer<ldi::discontinuity_curve> curves_of(const ldi::photo_layer& layers, std::size_t shortest_length = 1) {
     ldi::curve_options options;
     options.shortest_length = shortest_length;
-    return ldi::find_discontinuity_curves(layers, options);
+    return ldi::find_discontinuity_curves(layers, {}, options);
 }
 
 // The ends of the lattice edge between two pixels, as (x, y) of corners.
-std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph& g, const ldi::discontinuity& d) {
-    const int x = g.x[static_cast<std::size_t>(d.back)], y = g.y[static_cast<std::size_t>(d.back)];
+std::pair<std::pair<int, int>, std::pair<int, int>> corners_of(const ldi::graph_view& g, const ldi::discontinuity& d) {
+    const int x = g.x()[static_cast<std::size_t>(d.back)], y = g.y()[static_cast<std::size_t>(d.back)];
     switch (d.towards_front) {
         case ldi::side::up: return {{x, y}, {x + 1, y}};
         case ldi::side::down: return {{x, y + 1}, {x + 1, y + 1}};
@@ -35,23 +35,23 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
     for (int round = 0; round < 300; ++round) {
         const ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
-        const ldi::graph& g = layers.topology;
-        const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();
+        const ldi::graph& g = layers.topology();
+        const auto disparity = layers.column<ldi::disparity_column>();
         std::set<std::pair<std::int32_t, std::int32_t>> found;
         for (const ldi::discontinuity_curve& c : curves_of(layers))
             for (const ldi::discontinuity& d : c.sides) {
                 REQUIRE(disparity[static_cast<std::size_t>(d.front)] > disparity[static_cast<std::size_t>(d.back)] + 0.05F);
-                REQUIRE(g.x[static_cast<std::size_t>(d.front)] ==
-                        g.x[static_cast<std::size_t>(d.back)] + ldi::step_x(d.towards_front));
-                REQUIRE(g.y[static_cast<std::size_t>(d.front)] ==
-                        g.y[static_cast<std::size_t>(d.back)] + ldi::step_y(d.towards_front));
+                REQUIRE(g.x()[static_cast<std::size_t>(d.front)] ==
+                        g.x()[static_cast<std::size_t>(d.back)] + ldi::step_x(d.towards_front));
+                REQUIRE(g.y()[static_cast<std::size_t>(d.front)] ==
+                        g.y()[static_cast<std::size_t>(d.back)] + ldi::step_y(d.towards_front));
                 REQUIRE(found.emplace(std::min(d.back, d.front), std::max(d.back, d.front)).second);
             }
         std::size_t missing = 0;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
-            if (g.x[static_cast<std::size_t>(i)] + 1 < g.width)
+            if (g.x()[static_cast<std::size_t>(i)] + 1 < g.width())
                 missing += g.neighbor(i, ldi::side::right) == ldi::no_pixel ? 1U : 0U;
-            if (g.y[static_cast<std::size_t>(i)] + 1 < g.height)
+            if (g.y()[static_cast<std::size_t>(i)] + 1 < g.height())
                 missing += g.neighbor(i, ldi::side::down) == ldi::no_pixel ? 1U : 0U;
         }
         REQUIRE(found.size() == missing);
@@ -67,14 +67,14 @@ TEST_CASE("curves are chains that do not run through junctions") {
         std::map<std::pair<int, int>, int> degree;
         for (const ldi::discontinuity_curve& c : curves)
             for (const ldi::discontinuity& d : c.sides) {
-                const auto [a, b] = corners_of(layers.topology, d);
+                const auto [a, b] = corners_of(layers.topology(), d);
                 ++degree[a], ++degree[b];
             }
         for (const ldi::discontinuity_curve& c : curves) {
             std::map<std::pair<int, int>, int> inner;
             for (std::size_t i = 0; i + 1 < c.sides.size(); ++i) {
-                const auto [a, b] = corners_of(layers.topology, c.sides[i]);
-                const auto [e, f] = corners_of(layers.topology, c.sides[i + 1]);
+                const auto [a, b] = corners_of(layers.topology(), c.sides[i]);
+                const auto [e, f] = corners_of(layers.topology(), c.sides[i + 1]);
                 const auto shared = a == e || a == f ? a : b;
                 REQUIRE((shared == e || shared == f));
                 const bool pass_each_other = degree[shared] == 4;  // and then the curve keeps a pixel beside itself
@@ -92,7 +92,7 @@ TEST_CASE("at a T-junction only the curve between midground and foreground is co
     const ldi::photo_layer layers = ldi::test::lift_disparity(map);
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 3);
-    const ldi::buffer<float>& disparity = layers.column<ldi::disparity_column>();
+    const auto disparity = layers.column<ldi::disparity_column>();
     for (const ldi::discontinuity_curve& c : curves) {
         const bool is_mid_to_fore = disparity[static_cast<std::size_t>(c.sides[0].back)] == 0.5F;
         REQUIRE(c.constraints.size() == (is_mid_to_fore ? 1U : 0U));

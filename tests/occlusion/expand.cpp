@@ -25,26 +25,31 @@ struct label {
 struct mark {
     using scalar = std::int32_t;
     static constexpr std::size_t channels = 1;
-    static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
+    static constexpr scalar new_pixel(scalar origin) { return ldi::zeroed(origin); }
 };
 
-ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
+ldi::expanded_layers<ldi::color_column, ldi::disparity_column, ldi::known_column, ldi::matte_column> expanded(
+    const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
     ldi::curve_options curve_options;
     curve_options.shortest_length = shortest_length;
-    const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
+    const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
     ldi::expand_options options;
     options.motion = 1.0F;  // so that iterations decide
     options.iterations = iterations;
-    return ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+    return ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options);
+}
+
+ldi::photo_layers grown(const ldi::photo_layer& lifted, int iterations, std::size_t shortest_length = 20) {
+    return expanded(lifted, iterations, shortest_length).layers;
 }
 
 // What must hold of the graph at any time. `first_new` splits the photo's own pixels from those added.
-void require_sound(const ldi::graph& g, std::span<const float> disparity, std::size_t first_new) {
+void require_sound(const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
     const auto broken = ldi::validate(g);
     REQUIRE_FALSE(broken);
-    ldi::buffer<ldi::buffer<std::size_t>> at(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height));
+    ldi::buffer<ldi::buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
     for (std::size_t i = 0; i < g.size(); ++i) {
-        at[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])].push_back(i);
+        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])].push_back(i);
         for (ldi::side s : ldi::all_sides) {
             const std::int32_t n = g.neighbors(s)[i];
             if (n != ldi::no_pixel)
@@ -71,19 +76,18 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
         curve_options.shortest_length = 1 + random() % 20;
-        const auto curves = ldi::find_discontinuity_curves(lifted, curve_options);
+        const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
         ldi::expand_options options;
         options.motion = 0.01F * static_cast<float>(random() % 100);
         options.iterations = 12;
         int iterations = 0;
         const ldi::photo_layers expanded =
-            ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options, {},
-                        [&](const ldi::graph& g, std::span<const float> disparity, std::size_t first_new) {
+            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options, {}, [&](const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
                             ++iterations;
                             require_sound(g, disparity, first_new);
-                        });
+                        }).layers;
         REQUIRE(iterations <= 12);
-        REQUIRE_FALSE(ldi::validate_canonical(expanded.topology, expanded.column<ldi::disparity_column>()));
+        REQUIRE_FALSE(ldi::validate_canonical(expanded.topology(), expanded.column<ldi::disparity_column>()));
     }
 }
 
@@ -93,12 +97,12 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
         ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::test::random_disparity(random, 40, 30));
         for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
         const ldi::photo_layers expanded = grown(lifted, 15, 4);
-        const ldi::graph& g = expanded.topology;
+        const ldi::graph& g = expanded.topology();
         // The photo's pixel is the nearest at its position.
         ldi::buffer<std::int32_t> nearest(lifted.size(), ldi::no_pixel);
-        const ldi::buffer<float>& disparity = expanded.column<ldi::disparity_column>();
+        const auto disparity = expanded.column<ldi::disparity_column>();
         for (std::size_t i = 0; i < g.size(); ++i) {
-            std::int32_t& n = nearest[static_cast<std::size_t>(g.y[i] * g.width + g.x[i])];
+            std::int32_t& n = nearest[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])];
             if (n == ldi::no_pixel || disparity[static_cast<std::size_t>(n)] < disparity[i]) n = static_cast<std::int32_t>(i);
         }
         std::size_t hidden = expanded.size();
@@ -112,7 +116,7 @@ TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
             for (std::size_t c = 0; c < 3; ++c)
                 REQUIRE(expanded.at<ldi::color_column>(q)[c] == lifted.at<ldi::color_column>(p)[c]);
             for (ldi::side s : ldi::all_sides) {
-                const std::int32_t before = lifted.topology.neighbor(p, s);
+                const std::int32_t before = lifted.topology().neighbor(p, s);
                 if (before != ldi::no_pixel) REQUIRE(g.neighbor(q, s) == nearest[static_cast<std::size_t>(before)]);
             }
         }
@@ -137,13 +141,13 @@ TEST_CASE(
         for (std::int32_t y = 0; y < 120; ++y)
             for (std::int32_t x = 0; x < 120; ++x) map(y, x, 0) = in_front(x, y) > 0 ? 0.2F + step : 0.2F;
         const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
-        const auto curves = ldi::find_discontinuity_curves(lifted);
+        const auto curves = ldi::find_discontinuity_curves(lifted, {});
         ldi::expand_options options;
         options.motion = motion;
-        const ldi::photo_layers grown = ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+        const ldi::photo_layers grown = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
         ldi::image<std::uint8_t> has_hidden(120, 120);
         for (std::size_t i = 0; i < grown.size(); ++i)
-            if (grown.column<ldi::known_column>()[i] == 0) has_hidden(grown.topology.y[i], grown.topology.x[i], 0) = 1;
+            if (grown.column<ldi::known_column>()[i] == 0) has_hidden(grown.topology().y()[i], grown.topology().x()[i], 0) = 1;
         const float uncovered = motion * 120 * step;
         for (std::int32_t y = 20; y < 100; ++y)
             for (std::int32_t x = 20; x < 100; ++x) {
@@ -160,10 +164,9 @@ TEST_CASE("layers say how far the camera may go: less where growth was ended ear
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
     const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
-    CHECK(lifted.motion == 0.0F);
-    CHECK(grown(lifted, 4096).motion == 1.0F);
-    CHECK(grown(lifted, 4).motion < 0.2F);
-    CHECK(grown(lifted, 0).motion == 0.0F);
+    CHECK(expanded(lifted, 4096).motion == 1.0F);
+    CHECK(expanded(lifted, 4).motion < 0.2F);
+    CHECK(expanded(lifted, 0).motion == 0.0F);
 }
 
 TEST_CASE("behind a straight edge the background grows by one column an iteration") {
@@ -183,9 +186,9 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 30 && x < 51 ? 0.8F : x < 30 ? 0.2F : 0.23F;
     const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(map), 50);
     REQUIRE(expanded.size() == 30U * 80U + 30U * 21U);
-    const ldi::graph& g = expanded.topology;
+    const ldi::graph& g = expanded.topology();
     for (std::size_t i = 0; i < g.size(); ++i)  // from the left border one can walk to the right border behind the bar
-        if (g.x[i] == 0) {
+        if (g.x()[i] == 0) {
             std::int32_t pixel = static_cast<std::int32_t>(i), steps = 0;
             while (g.neighbor(pixel, ldi::side::right) != ldi::no_pixel) pixel = g.neighbor(pixel, ldi::side::right), ++steps;
             REQUIRE(steps == 79);
@@ -197,18 +200,18 @@ TEST_CASE("the midground does not grow past the perpendicular at its end, the ba
     const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);
     const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
     const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(picture.disparity), 50);
-    const ldi::graph& g = expanded.topology;
+    const ldi::graph& g = expanded.topology();
     std::set<std::pair<int, int>> background_at, midground_at;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const float disparity = expanded.column<ldi::disparity_column>()[i];
         bool is_true_surface = false;
         for (const ldi::scenes::surface& s :
-             ldi::scenes::surfaces_at(scene, static_cast<double>(g.x[i]) + 0.5, static_cast<double>(g.y[i]) + 0.5))
+             ldi::scenes::surfaces_at(scene, static_cast<double>(g.x()[i]) + 0.5, static_cast<double>(g.y()[i]) + 0.5))
             is_true_surface = is_true_surface || std::abs(s.disparity - disparity) < 0.01F;
-        INFO("pixel at " << g.x[i] << ", " << g.y[i] << " with disparity " << disparity);
+        INFO("pixel at " << g.x()[i] << ", " << g.y()[i] << " with disparity " << disparity);
         REQUIRE(is_true_surface);
-        if (disparity < 0.25F) background_at.emplace(g.x[i], g.y[i]);
-        if (disparity > 0.25F && disparity < 0.75F) midground_at.emplace(g.x[i], g.y[i]);
+        if (disparity < 0.25F) background_at.emplace(g.x()[i], g.y()[i]);
+        if (disparity > 0.25F && disparity < 0.75F) midground_at.emplace(g.x()[i], g.y()[i]);
     }
     // The foreground's edge is at 0.4 of the width, the midground's at 0.55 of the height.
     const int edge = static_cast<int>(std::lround(0.4 * width)), top = static_cast<int>(std::lround(0.55 * height));
@@ -229,15 +232,15 @@ TEST_CASE(
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
     ldi::buffer<std::int32_t> numbers(2 * 900), marks(900, 7);
     for (std::int32_t i = 0; i < 900; ++i) numbers[2 * i] = i + 1, numbers[2 * i + 1] = -i - 1;
-    const auto own = ldi::add_column<mark>(ldi::add_column<label>(ldi::test::lift_disparity(map), numbers), marks);
-    const auto curves = ldi::find_discontinuity_curves(own);
-    const auto expanded = ldi::expand(own, std::span<const ldi::discontinuity_curve>(curves));
+    const auto own = ldi::test::lift_disparity(map).with<label>(numbers).with<mark>(marks);
+    const auto curves = ldi::find_discontinuity_curves(own, {});
+    const auto expanded = ldi::expand(own, {}, std::span<const ldi::discontinuity_curve>(curves)).layers;
     REQUIRE(expanded.size() > 900);
     std::set<std::int32_t> seen;
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(expanded.size()); ++i) {
         const auto [first, second] = std::pair{expanded.at<label>(i)[0], expanded.at<label>(i)[1]};
         REQUIRE(first == -second);
-        const std::int32_t x = expanded.topology.x[i], y = expanded.topology.y[i];
+        const std::int32_t x = expanded.topology().x()[i], y = expanded.topology().y()[i];
         if (expanded.at<mark>(i)[0] == 7) {  // the photo's own
             REQUIRE(first - 1 == y * 30 + x);
             REQUIRE(seen.insert(first).second);
@@ -262,26 +265,26 @@ TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the l
                 map(y, x) = dy * along_x - dx * along_y > 0.0F ? 0.9F : 0.1F;
             }
         const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
-        auto curves = ldi::find_discontinuity_curves(lifted);
+        auto curves = ldi::find_discontinuity_curves(lifted, {});
         REQUIRE(curves.size() == 1);
         // The part of the silhouette that leads up to the middle, from either side.
         const auto outward_at = [&](float x, float y) { return (x - 60.0F) * along_x + (y - 60.0F) * along_y; };
         ldi::buffer<ldi::discontinuity> kept;
         for (const ldi::discontinuity& d : curves[0].sides)
-            if (outward_at(static_cast<float>(lifted.topology.x[d.back]) + 0.5F,
-                           static_cast<float>(lifted.topology.y[d.back]) + 0.5F) < 0)
+            if (outward_at(static_cast<float>(lifted.topology().x()[d.back]) + 0.5F,
+                           static_cast<float>(lifted.topology().y()[d.back]) + 0.5F) < 0)
                 kept.push_back(d);
         curves[0].sides = kept;
         curves[0].constraints = {{60.0F, 60.0F, along_x, along_y, -along_y, along_x}};
         ldi::expand_options options;
         options.motion = 0.25F;
-        const ldi::photo_layers expanded = ldi::expand(lifted, std::span<const ldi::discontinuity_curve>(curves), options);
+        const ldi::photo_layers expanded = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
         std::size_t hidden = 0, past = 0;
-        for (std::int32_t i = 0; i < expanded.topology.count(); ++i) {
+        for (std::int32_t i = 0; i < expanded.topology().count(); ++i) {
             if (expanded.column<ldi::known_column>()[i] != 0) continue;
             ++hidden;
-            const float x = static_cast<float>(expanded.topology.x[i]) + 0.5F,
-                        y = static_cast<float>(expanded.topology.y[i]) + 0.5F;
+            const float x = static_cast<float>(expanded.topology().x()[i]) + 0.5F,
+                        y = static_cast<float>(expanded.topology().y()[i]) + 0.5F;
             past += outward_at(x, y) > 0.0F ? 1U : 0U;
         }
         CAPTURE(angle, kept.size());
@@ -294,13 +297,13 @@ TEST_CASE("growth can be canceled, and refuses senseless options") {
     const ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
-    CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, watcher), ldi::error);
+    CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, {}, watcher), ldi::error);
     ldi::expand_options options;
     options.iterations = -1;
-    CHECK_THROWS_AS(ldi::expand(lifted, {}, options), ldi::error);
+    CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
     for (const float motion : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {
         options = {};
         options.motion = motion;
-        CHECK_THROWS_AS(ldi::expand(lifted, {}, options), ldi::error);
+        CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, options), ldi::error);
     }
 }

@@ -16,20 +16,20 @@ TEST_CASE("lifting links neighbors exactly where disparity differs by at most th
         for (float& value : disparity) value = static_cast<float>(random() % 8) * 0.03F;
         ldi::image<std::uint8_t> color(rows, columns, 3);
         for (std::uint8_t& value : color) value = static_cast<std::uint8_t>(random());
-        const ldi::photo_layers layers = ldi::lift(color, disparity, {}, threads);
-        const ldi::graph& g = layers.topology;
+        const ldi::photo_layer layers = ldi::lift(color, disparity, {}, threads);
+        const ldi::graph& g = layers.topology();
 
         REQUIRE_FALSE(ldi::validate_canonical(g, layers.column<ldi::disparity_column>()));
         REQUIRE(g.size() == rows * columns);
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
             const std::size_t k = static_cast<std::size_t>(i);
-            REQUIRE(g.y[k] * g.width + g.x[k] == i);
-            REQUIRE(layers.at<ldi::color_column>(i)[1] == color(g.y[k], g.x[k], 1));
+            REQUIRE(g.y()[k] * g.width() + g.x()[k] == i);
+            REQUIRE(layers.at<ldi::color_column>(i)[1] == color(g.y()[k], g.x()[k], 1));
             REQUIRE(layers.column<ldi::known_column>()[k] == 1);
             for (ldi::side s : ldi::all_sides) {
-                const std::int32_t u = g.x[k] + ldi::step_x(s), v = g.y[k] + ldi::step_y(s);
-                const bool inside = u >= 0 && v >= 0 && u < g.width && v < g.height;
-                const bool close = inside && std::abs(disparity(v, u, 0) - disparity(g.y[k], g.x[k], 0)) <= 0.05F;
+                const std::int32_t u = g.x()[k] + ldi::step_x(s), v = g.y()[k] + ldi::step_y(s);
+                const bool inside = u >= 0 && v >= 0 && u < g.width() && v < g.height();
+                const bool close = inside && std::abs(disparity(v, u, 0) - disparity(g.y()[k], g.x()[k], 0)) <= 0.05F;
                 REQUIRE((g.neighbor(i, s) != ldi::no_pixel) == close);
             }
         }

@@ -63,7 +63,8 @@ TEST_CASE("beside a silhouette the shares of the two surfaces are found to a ten
     for (int round = 0; round < 20; ++round) {
         const disc_scene scene(random, 1.0F + 0.15F * static_cast<float>(round % 10));
         ldi::photo_layer layer = scene.photo;
-        const ldi::image<std::uint8_t> matte = ldi::unmix_colors(layer);
+        ldi::unmix_colors(layer);
+        const auto matte = layer.column<ldi::matte_column>();
         double off = 0, mixed = 0, before = 0, after = 0, kept = 0, leaked = 0;
         for (std::size_t i = 0; i < layer.size(); ++i) {
             const float alpha = scene.alpha.data()[i];
@@ -94,11 +95,11 @@ TEST_CASE("what is not mixed keeps its colors, but for some pixels and for the b
         ldi::photo_layer layer = scene.photo;
         ldi::unmix_colors(layer);
         std::size_t changed = 0;
-        const ldi::buffer<float>& disparity = layer.column<ldi::disparity_column>();
-        for (std::int32_t i = 0; i < layer.topology.count(); ++i) {
+        const auto disparity = layer.column<ldi::disparity_column>();
+        for (std::int32_t i = 0; i < layer.topology().count(); ++i) {
             bool touches_silhouette = false;
             for (const ldi::side s : ldi::all_sides)
-                if (layer.topology.neighbor(i, s) == ldi::no_pixel && disparity[i] < 0.5F) touches_silhouette = true;
+                if (layer.topology().neighbor(i, s) == ldi::no_pixel && disparity[i] < 0.5F) touches_silhouette = true;
             const std::size_t at = static_cast<std::size_t>(i);
             const bool is_same = scene.distance(layer, at, disparity[i] > 0.5F ? scene.front : scene.back) < 2;
             const bool is_known = layer.column<ldi::known_column>()[i] == 1;
@@ -115,7 +116,7 @@ TEST_CASE("margins grow with photos of more than 1536 pixels") {
     ldi::photo_layer layers = ldi::test::lift_disparity(map);
     ldi::unmix_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i) {
-        const std::int32_t x = layers.topology.x[i];
+        const std::int32_t x = layers.topology().x()[i];
         REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 1498 && x < 1504 ? 0 : 1));
     }
 }
@@ -138,7 +139,7 @@ TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays
     options.background_margin = 1;
     ldi::unmix_colors(layers, options);
     for (std::size_t i = 0; i < layers.size(); ++i) {
-        const std::int32_t x = layers.topology.x[i];
+        const std::int32_t x = layers.topology().x()[i];
         REQUIRE(layers.column<ldi::known_column>()[i] == (x >= 19 && x < 23 ? 0 : 1));
     }
 }
@@ -150,7 +151,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
     ldi::photo_layer layers = ldi::test::lift_disparity(map);
     ldi::unmix_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i)
-        if (layers.topology.x[i] >= 20 && layers.topology.x[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
+        if (layers.topology().x()[i] >= 20 && layers.topology().x()[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
 }
 
 TEST_CASE("every unknown pixel can be refilled: links lead from it to a known one within the margin") {
@@ -163,12 +164,12 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
         options.background_margin = static_cast<int>(random() % 5);
         ldi::unmix_colors(layers, options);
         // Both margins together are at most 8 steps wide where a surface is in front on one side and behind on the other.
-        ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>();
+        ldi::buffer<std::uint8_t> reached = layers.column<ldi::known_column>().copy();
         for (int step = 0; step < options.foreground_margin + options.background_margin; ++step) {
             const ldi::buffer<std::uint8_t> before = reached;
             for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i)
                 for (ldi::side s : ldi::all_sides)
-                    if (const std::int32_t n = layers.topology.neighbor(i, s);
+                    if (const std::int32_t n = layers.topology().neighbor(i, s);
                         n != ldi::no_pixel && before[static_cast<std::size_t>(n)] != 0)
                         reached[static_cast<std::size_t>(i)] = 1;
         }

@@ -14,20 +14,20 @@ TEST_CASE("exactly the discontinuities that are on no curve are closed") {
     for (int round = 0; round < 200; ++round) {
         ldi::photo_layer layers =
             ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
-        ldi::graph& g = layers.topology;
+        const ldi::graph& g = layers.topology();
         ldi::curve_options options;
         options.shortest_length = 1 + random() % 30;
-        const auto curves = ldi::find_discontinuity_curves(layers, options);
+        const auto curves = ldi::find_discontinuity_curves(layers, {}, options);
         std::set<std::pair<std::int32_t, std::int32_t>> on_curve;
         for (const ldi::discontinuity_curve& c : curves)
             for (const ldi::discontinuity& d : c.sides) on_curve.insert(std::minmax(d.back, d.front));
         ldi::close_spurious_discontinuities(layers, curves);
         REQUIRE_FALSE(ldi::validate(g));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
-            if (g.x[static_cast<std::size_t>(i)] + 1 < g.width)
+            if (g.x()[static_cast<std::size_t>(i)] + 1 < g.width())
                 REQUIRE((g.neighbor(i, ldi::side::right) == ldi::no_pixel) == (on_curve.count({i, i + 1}) == 1));
-            if (g.y[static_cast<std::size_t>(i)] + 1 < g.height)
-                REQUIRE((g.neighbor(i, ldi::side::down) == ldi::no_pixel) == (on_curve.count({i, i + g.width}) == 1));
+            if (g.y()[static_cast<std::size_t>(i)] + 1 < g.height())
+                REQUIRE((g.neighbor(i, ldi::side::down) == ldi::no_pixel) == (on_curve.count({i, i + g.width()}) == 1));
         }
     }
 }

@@ -155,7 +155,7 @@ TEST_CASE("neighbors take their texture from neighbors, nearly everywhere") {
         [](std::int32_t, std::int32_t) {
             return rgb{20, 20, 20};
         });
-    const graph& g = layers.topology;
+    const graph& g = layers.topology();
     const detail::texture_cells cells = detail::find_texture_cells(g, layers.column<known_column>(), 32, 3);
     buffer<detail::texture_color> colors(cells.pixel.size());
     for (std::int32_t cell = 0; cell < cells.count(); ++cell)
@@ -181,10 +181,10 @@ TEST_CASE(
     std::size_t changed = 0;
     for (int round = 0; round < 300; ++round) {
         const testing::random_layers made = testing::random_graph(random, 30);
-        const components surfaces = connected_components(made.topology);
-        photo_layers layers(made.topology);
+        const components surfaces = connected_components(made.topology());
+        photo_layers layers(made.topology());
         const auto own = [&](std::int32_t pixel) { return static_cast<std::size_t>(surfaces.label[pixel] % 3); };
-        for (std::int32_t i = 0; i < made.topology.count(); ++i) {
+        for (std::int32_t i = 0; i < made.topology().count(); ++i) {
             const bool known = testing::chance(random, 70);
             layers.at<known_column>(i)[0] = known ? 1 : 0;
             rgb color{100, 100, 100};
@@ -196,7 +196,7 @@ TEST_CASE(
         options.reach = 1 + testing::below(random, 40);
         add_texture(layers, options, no_grain);
         REQUIRE((layers.column<known_column>() == before.column<known_column>()));
-        for (std::int32_t i = 0; i < made.topology.count(); ++i)
+        for (std::int32_t i = 0; i < made.topology().count(); ++i)
             for (std::size_t c = 0; c < 3; ++c) {
                 const bool differs = layers.at<color_column>(i)[c] != before.at<color_column>(i)[c];
                 if (before.at<known_column>(i)[0] != 0 || c != own(i)) REQUIRE_FALSE(differs);

@@ -4,5 +4,5 @@
 
 int main() {
     const ldi::photo_layers layers(ldi::make_grid(4, 3));
-    return layers.size() == 12 && !ldi::validate_canonical(layers.topology) ? 0 : 1;
+    return layers.size() == 12 && !ldi::validate_canonical(layers.topology()) ? 0 : 1;
 }

@@ -55,10 +55,10 @@ std::optional<std::string> complaint_about(const ldi::image<float>& map, bool is
         const ldi::photo3d made = ldi::make_photo3d(photo, ldi::given_disparity{map}, ldi::diffusion_inpainter{}, options);
         for (const float p : made.mesh.positions) REQUIRE(std::isfinite(p));
         for (const float p : made.mesh.soft_edges.positions) REQUIRE(std::isfinite(p));
-        REQUIRE(made.layers.range.z_near > 0);
-        REQUIRE(std::isfinite(made.layers.range.z_far));
+        REQUIRE(made.facts.range.z_near > 0);
+        REQUIRE(std::isfinite(made.facts.range.z_far));
         ldi::glb_options glb;
-        glb.camera = made.layers.camera;
+        glb.camera = made.facts.camera;
         REQUIRE(ldi::encode_glb(made.mesh, made.atlas.color, glb).size() > 1000);  // refuses what is not finite
         return std::nullopt;
     } catch (const ldi::error& failure) {
@@ -110,7 +110,7 @@ TEST_CASE(LDI_TEST_CONFIGURATION "a disparity of 0 is far, as a sky is") {
     const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{});
     CHECK(made.disparity(2, 2) == 0.0F);
     CHECK(made.disparity(24, 32) == 1.0F);
-    CHECK(made.layers.range.z_far == Approx(50.0F * made.layers.range.z_near));
+    CHECK(made.facts.range.z_far == Approx(50.0F * made.facts.range.z_near));
     CHECK(made.layers.size() > photo.height() * photo.width());  // the sky goes on behind the thing
 }
 

@@ -47,17 +47,18 @@ TEST_CASE(
                 materials.push_back(material_at(x, y));
             }
 
-        auto layer = add_column<material_column>(add_column<normal_column>(lift(photo, disparity), normals), materials);
-        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {.shortest_length = 4});
+        auto layer = lift(photo, disparity).with<normal_column>(normals).with<material_column>(materials);
+        const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.shortest_length = 4});
         close_spurious_discontinuities(layer, curves);
         unmix_colors(layer);
-        auto layers = expand(std::move(layer), std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10});
+        auto layers = expand(std::move(layer), {}, std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10}).layers;
         const serial_executor threads;
         diffusion_inpainter().inpaint(layers, {}, threads);
         add_texture(layers);
-        const chart_set charts = make_charts(layers);
+        const chart_set charts = make_charts(layers, {});
         const texture_atlas atlas = make_atlas(layers, charts);
-        const textured_mesh mesh = build_mesh(layers, charts, atlas);
+        const photo_facts facts = test::facts_of(layers.topology());
+        const textured_mesh mesh = build_mesh(layers, facts, charts, atlas);
 
         REQUIRE_FALSE(validate(layers));
         // A hidden pixel goes on with what the photo's pixel has from which it grew, so normal and material still agree.
@@ -71,9 +72,9 @@ TEST_CASE(
             const std::int32_t pixel = mesh.pixels[v];
             REQUIRE(pixel != no_pixel);
             const float* p = mesh.positions.data() + 3 * v;
-            const auto [x, y] = layers.camera.project({p[0], p[1], p[2]});
-            CHECK(std::abs(x - static_cast<float>(layers.topology.x[pixel]) - 0.5F) < 0.51F);
-            CHECK(std::abs(y - static_cast<float>(layers.topology.y[pixel]) - 0.5F) < 0.51F);
+            const auto [x, y] = facts.camera.project({p[0], p[1], p[2]});
+            CHECK(std::abs(x - static_cast<float>(layers.topology().x()[pixel]) - 0.5F) < 0.51F);
+            CHECK(std::abs(y - static_cast<float>(layers.topology().y()[pixel]) - 0.5F) < 0.51F);
         }
     }
 }
@@ -102,7 +103,7 @@ TEST_CASE("rows of an engine's own pictures, with gaps between them, make the sa
     const photo_layer from_views = lift(photo, map), from_copies = lift(photo_copy, merged);
     CHECK(from_views.column<color_column>() == from_copies.column<color_column>());
     CHECK(from_views.column<disparity_column>() == from_copies.column<disparity_column>());
-    CHECK(from_views.topology.right == from_copies.topology.right);
+    CHECK(from_views.topology().right() == from_copies.topology().right());
     const photo3d one = make_photo3d(photo, given_disparity{disparity}, diffusion_inpainter{});
     const photo3d other = make_photo3d(photo_copy, given_disparity{disparity}, diffusion_inpainter{});
     CHECK(one.mesh.positions == other.mesh.positions);

@@ -79,8 +79,8 @@ struct washed_out {
 
 TEST_CASE("neighbors are one surface up to a step of 0.05") {
     const ldi::photo_layer layer = lifted(filled(1, 3, [](int x, int) { return x == 0 ? 0.5F : x == 1 ? 0.549F : 0.6F; }));
-    CHECK(layer.topology.right[0] == 1);
-    CHECK(layer.topology.right[1] == ldi::no_pixel);
+    CHECK(layer.topology().right()[0] == 1);
+    CHECK(layer.topology().right()[1] == ldi::no_pixel);
 }
 
 TEST_CASE("the weighted median's Gaussian has a sigma of 0.2") {
@@ -140,7 +140,7 @@ TEST_CASE("the median is applied twice before the depth map is brought to the ph
 TEST_CASE("curves of fewer than 20 pixel sides are no curves") {
     const auto curves_around = [](int width, int height) {
         return ldi::find_discontinuity_curves(lifted(
-            filled(30, 30, [=](int x, int y) { return x >= 10 && y >= 10 && x < 10 + width && y < 10 + height ? 0.8F : 0.2F; })));
+            filled(30, 30, [=](int x, int y) { return x >= 10 && y >= 10 && x < 10 + width && y < 10 + height ? 0.8F : 0.2F; })), {});
     };
     CHECK(curves_around(4, 5).empty());  // 18 sides
     const auto curves = curves_around(5, 5);
@@ -154,7 +154,7 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, also whe
     const ldi::photo_layer layer = lifted(filled(60, 160, [&](int x, int y) {
         return x >= line(y) ? 0.9F : y < 32 ? 0.5F : 0.2F;
     }));
-    const auto curves = ldi::find_discontinuity_curves(layer);
+    const auto curves = ldi::find_discontinuity_curves(layer, {});
     REQUIRE(curves.size() == 3);
     ldi::buffer<ldi::growth_constraint> constraints;
     for (const ldi::discontinuity_curve& c : curves)
@@ -171,10 +171,10 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, also whe
     // No hidden pixel of the midground lies beyond the line that starts at the end, perpendicular to the curve there.
     ldi::photo_layer closed = layer;
     ldi::close_spurious_discontinuities(closed, curves);
-    const ldi::photo_layers grown = ldi::expand(closed, curves, {.motion = 0.5F});
+    const ldi::photo_layers grown = ldi::expand(closed, {}, curves, {.motion = 0.5F}).layers;
     std::size_t beyond = 0, hidden = 0;
     for (std::size_t i = 0; i < grown.size(); ++i) {
-        const float x = static_cast<float>(grown.topology.x[i]) + 0.5F, y = static_cast<float>(grown.topology.y[i]) + 0.5F;
+        const float x = static_cast<float>(grown.topology().x()[i]) + 0.5F, y = static_cast<float>(grown.topology().y()[i]) + 0.5F;
         if (grown.column<ldi::known_column>()[i] != 0 || grown.column<ldi::disparity_column>()[i] < 0.4F || x < 41.0F) continue;
         ++hidden;
         beyond += 4.0F * (x - end.x) + 16.0F * (y - end.y) > 0.0F ? 1U : 0U;
@@ -188,7 +188,7 @@ TEST_CASE(
     ldi::photo_layer layer = lifted(two_sides(12, 40, 20));
     ldi::unmix_colors(layer);
     for (std::size_t i = 0; i < layer.size(); ++i) {
-        const std::int32_t x = layer.topology.x[i];
+        const std::int32_t x = layer.topology().x()[i];
         REQUIRE((layer.column<ldi::known_column>()[i] == 0) == (x >= 19 && x < 22));
     }
 }
@@ -196,21 +196,21 @@ TEST_CASE(
 TEST_CASE(
     "surfaces grow behind what hides them by 8 % of the longer side, times the step, and by what pixels and the mesh take") {
     const ldi::photo_layer layer = lifted(two_sides(30, 160, 40));
-    const auto curves = ldi::find_discontinuity_curves(layer);
-    const ldi::photo_layers grown = ldi::expand(layer, curves);
+    const auto curves = ldi::find_discontinuity_curves(layer, {});
+    const auto [grown, motion] = ldi::expand(layer, {}, curves);
     constexpr int columns = 11;  // 0.08 * 160 * (0.6 + 0.02) + 1.5 + 2 = 11.44
     CHECK(grown.size() == 30U * 160U + 30U * columns);
     for (std::size_t i = 0; i < grown.size(); ++i) {
-        const bool is_hidden = grown.topology.x[i] >= 40 && grown.column<ldi::disparity_column>()[i] < 0.5F;
-        if (is_hidden) REQUIRE(grown.topology.x[i] < 40 + columns);
+        const bool is_hidden = grown.topology().x()[i] >= 40 && grown.column<ldi::disparity_column>()[i] < 0.5F;
+        if (is_hidden) REQUIRE(grown.topology().x()[i] < 40 + columns);
     }
-    CHECK(grown.motion == 0.08F);
+    CHECK(motion == 0.08F);
 }
 
 TEST_CASE("no chart is wider than 2048 pixels, and none is cut that is not") {
     const auto charts_of = [](std::size_t width) {
         const ldi::photo_layer layer = lifted(filled(3, width, [](int, int) { return 0.5F; }));
-        return ldi::make_charts(ldi::expand(layer, {})).charts;
+        return ldi::make_charts(ldi::expand(layer, {}, {}).layers, {}).charts;
     };
     CHECK(charts_of(2048).size() == 1);
     CHECK(charts_of(2049).size() == 2);

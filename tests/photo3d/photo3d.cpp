@@ -39,7 +39,7 @@ converted convert(const std::string& name, std::int32_t width, std::int32_t heig
 // The share of pixels that show nothing, at least `margin` pixels inside the frame, when the nearest surface moves by `shift`
 // pixels.
 double uncovered_share(const ldi::photo3d& photo, float shift_right, float shift_down, std::size_t margin) {
-    const ldi::view from = ldi::moved_view(photo.layers.camera, photo.layers.range, 1.0F, shift_right, shift_down);
+    const ldi::view from = ldi::moved_view(photo.facts.camera, photo.facts.range, 1.0F, shift_right, shift_down);
     const ldi::rendering seen = ldi::rasterize(photo.mesh, photo.atlas.color, from);
     std::size_t holes = 0, pixels = 0;
     for (std::size_t y = margin; y + margin < seen.coverage.height(); ++y)
@@ -80,7 +80,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
     for (const char* name : {"t_junction", "rods", "random3"}) {
         const converted c = convert(name, 240, 320);
         const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color,
-                                                   ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 0.0F));
+                                                   ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 0.0F));
         INFO(name);
         CHECK(psnr(seen.color, c.result.photo, 2) > 28.0);
         // Simplified silhouettes cut corners; behind curves too short to grow from, nothing fills them.
@@ -90,7 +90,7 @@ TEST_CASE("seen from the photo's place the 3D photo is the photo") {
 
 TEST_CASE("from the side the 3D photo of a scene is close to the scene itself") {
     const converted c = convert("t_junction", 240, 320);
-    const ldi::view from = ldi::moved_view(c.result.layers.camera, c.result.layers.range, 1.0F, 12.0F);
+    const ldi::view from = ldi::moved_view(c.result.facts.camera, c.result.facts.range, 1.0F, 12.0F);
     const ldi::rendering seen = ldi::rasterize(c.result.mesh, c.result.atlas.color, from);
     const ldi::scenes::picture truth = ldi::scenes::render(c.scene, from, ldi::scenes::picture_options{2, 0.7});
     CHECK(psnr(seen.color, truth.color, 14) > 22.0);
@@ -101,7 +101,7 @@ TEST_CASE("every stage leaves a sound layered image, and no pixel without color"
         ldi::photo3d_options options;
         options.texture.strength = options.grain.strength = 0.0F;  // they may make a dark pixel black
         const converted c = convert(name, 150, 200, options);
-        const ldi::graph& g = c.result.layers.topology;
+        const ldi::graph& g = c.result.layers.topology();
         INFO(name);
         CHECK_FALSE(ldi::validate_canonical(g, c.result.layers.column<ldi::disparity_column>()));
         CHECK(c.result.charts.chart_of.size() == g.size());

@@ -21,23 +21,26 @@ using namespace ldi_quality;
 
 struct scene {
     ldi::photo_layers layers;
+    ldi::photo_facts facts;
     ldi::textured_mesh mesh;
 };
 
 /// The geometry of a 3D photo, without colors.
 scene make_scene(const ldi::image<float>& disparity, const ldi::expand_options& options = {}) {
     ldi::photo_layer lifted = ldi::test::lift_disparity(disparity);
-    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted);
+    const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted, {});
     ldi::close_spurious_discontinuities(lifted, curves);
     scene result;
-    result.layers = ldi::expand(std::move(lifted), curves, options);
-    const ldi::chart_set charts = ldi::make_charts(result.layers);
-    result.mesh = ldi::build_mesh(result.layers, charts, ldi::make_atlas(result.layers, charts));
+    result.facts = ldi::test::facts_of(lifted.topology());
+    auto [layers, motion] = ldi::expand(std::move(lifted), {}, curves, options);
+    result.layers = std::move(layers), result.facts.motion = motion;
+    const ldi::chart_set charts = ldi::make_charts(result.layers, {});
+    result.mesh = ldi::build_mesh(result.layers, result.facts, charts, ldi::make_atlas(result.layers, charts));
     return result;
 }
 
 hole_report holes_of(const scene& s, std::int32_t side = 300) {
-    return count_holes(s.mesh, s.layers, side, ldi::serial_executor());
+    return count_holes(s.mesh, s.facts, side, ldi::serial_executor());
 }
 
 std::int64_t largest_of(const hole_report& r) { return r.holes.empty() ? 0 : r.holes.front().pixels; }
@@ -109,7 +112,7 @@ TEST_CASE("without hidden surfaces there are holes behind every silhouette") {
     none.iterations = 0;
     for (const auto& [name, map] : scenes()) {
         scene s = make_scene(map, none);
-        s.layers.motion = ldi::expand_options().motion;
+        s.facts.motion = ldi::expand_options().motion;
         CAPTURE(name);
         CHECK(largest_of(holes_of(s)) > 0);
     }

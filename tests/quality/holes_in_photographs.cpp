@@ -22,7 +22,7 @@ TEST_CASE("no camera within the motion sees a hole in photographs") {
     for (std::size_t i = 0; i < photographs.size(); i += 2) {
         const ldi::photo3d made =
             ldi::make_photo3d(ldi::load_photo(photographs[i]).color, network, ldi::diffusion_inpainter(), options, threads);
-        const ldi_quality::hole_report report = ldi_quality::count_holes(made.mesh, made.layers, 1000, threads);
+        const ldi_quality::hole_report report = ldi_quality::count_holes(made.mesh, made.facts, 1000, threads);
         CAPTURE(photographs[i], report.views_with_holes, report.most_pixels);
         CHECK(report.holes.empty());
     }

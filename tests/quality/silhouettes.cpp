@@ -160,7 +160,7 @@ TEST_CASE("the share closed is that of the steps on no curve") {
     ldi::image<float> disparity = disparity_of(60, 80, {20, 10, 50, 30});  // 100 sides
     disparity(50, 70) = 1;                                                 // 4 sides
     const picture photo(60, 80, 3);
-    const auto curves = ldi::find_discontinuity_curves(ldi::lift(photo, disparity));
+    const auto curves = ldi::find_discontinuity_curves(ldi::lift(photo, disparity), {});
     CHECK(share_closed(photo, disparity, curves, {}) == Approx(4.0 / 104));
     CHECK(share_closed(photo, disparity, {}, {}) == 1);
     CHECK(share_closed(photo, ldi::image<float>(60, 80), {}, {}) == 0);

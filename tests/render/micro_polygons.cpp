@@ -11,7 +11,7 @@
 #include <random>
 
 using namespace ldi;
-using test::over_range, test::own_view, test::range;
+using test::own_view, test::scene_range;
 
 namespace {
 
@@ -24,7 +24,7 @@ photo_layers step(std::size_t rows, std::size_t columns, std::size_t edge, float
     image<float> disparity(rows, columns);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) disparity(y, x, 0) = x < edge ? 1.0F : 0.0F;
-    return over_range(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {threshold}));
+    return expand(lift(image<std::uint8_t>(rows, columns, 3, std::uint8_t{90}), disparity, {threshold}), {threshold}, {}).layers;
 }
 
 std::size_t uncovered(const rendering& picture) {
@@ -38,57 +38,57 @@ TEST_CASE("drawn from where it was taken, a layered image shows its first layer 
     for (int trial = 0; trial < 20; ++trial) {
         const std::size_t rows = 8 + random() % 30, columns = 8 + random() % 30;
         const image<float> disparity = test::random_disparity(random, rows, columns);
-        photo_layers layers = over_range(test::lift_disparity(disparity));
+        photo_layers layers = test::lifted_layers(disparity);
         color_at_random(layers, random);
-        const view v = own_view(layers.topology);
-        const rendering picture = render_layers(layers, v, v);
+        const view v = own_view(layers.topology());
+        const rendering picture = render_layers(layers, scene_range, v, v);
         REQUIRE(uncovered(picture) == 0);
         REQUIRE(std::equal(picture.color.begin(), picture.color.end(), layers.column<color_column>().begin()));
         for (std::size_t i = 0; i < disparity.size(); ++i)
-            REQUIRE(picture.depth.data()[i] == Approx(range.depth(disparity.data()[i])).epsilon(1e-5));
+            REQUIRE(picture.depth.data()[i] == Approx(scene_range.depth(disparity.data()[i])).epsilon(1e-5));
     }
 }
 
 TEST_CASE("what is linked leaves no hole, what is not tears open by the difference in parallax") {
     const photo_layers torn = step(20, 60, 30, 0.05F), linked = step(20, 60, 30, 1.0F);
-    const view v = own_view(torn.topology);
+    const view v = own_view(torn.topology());
     // The near plane moves 10 pixels left, the far one 2: 8 columns open between them, 2 at the far plane's border.
-    const view moved = moved_view(v.camera, range, 1, -10);
-    CHECK(uncovered(render_layers(torn, v, moved)) == 20 * (8 + 2));
-    CHECK(uncovered(render_layers(linked, v, moved)) == 20 * 2);
+    const view moved = moved_view(v.camera, scene_range, 1, -10);
+    CHECK(uncovered(render_layers(torn, scene_range, v, moved)) == 20 * (8 + 2));
+    CHECK(uncovered(render_layers(linked, scene_range, v, moved)) == 20 * 2);
 }
 
 TEST_CASE("colors run smoothly over links, and not at all where there is none") {
     photo_layers layers = step(1, 2, 2, 0.05F);
-    layers.column<color_column>() = {0, 0, 0, 200, 200, 200};
-    const view v = own_view(layers.topology);
+    layers.set_column<color_column>({0, 0, 0, 200, 200, 200});
+    const view v = own_view(layers.topology());
     view close = v;
     close.camera = {64, 32, 32 * v.camera.focal_length};
-    const rendering smooth = render_layers(layers, v, close);
+    const rendering smooth = render_layers(layers, scene_range, v, close);
     for (std::size_t x = 0; x < 64; ++x) {
         const float expected = std::clamp((static_cast<float>(x) + 0.5F) / 32 - 0.5F, 0.0F, 1.0F) * 200;
         CHECK(std::abs(static_cast<float>(smooth.color(16, x, 0)) - expected) <= 1);
     }
-    layers.topology.unlink(0, side::right);
-    const rendering torn = render_layers(layers, v, close);
+    layers.edit_links([](link_editor& links) { links.unlink(0, side::right); });
+    const rendering torn = render_layers(layers, scene_range, v, close);
     for (std::size_t x = 0; x < 64; ++x) CHECK(torn.color(16, x, 0) == (x < 32 ? 0 : 200));
     photo_layers unknown = step(1, 2, 2, 0.05F);
-    unknown.column<color_column>() = {0, 0, 0, 200, 200, 200};
-    unknown.column<known_column>() = {1, 0};
-    CHECK((render_layers(unknown, v, close).color == torn.color));
+    unknown.set_column<color_column>({0, 0, 0, 200, 200, 200});
+    unknown.set_column<known_column>({1, 0});
+    CHECK((render_layers(unknown, scene_range, v, close).color == torn.color));
 }
 
 TEST_CASE("threads do not change the picture") {
     std::mt19937 random(8);
-    photo_layers layers = over_range(test::lift_disparity(test::random_disparity(random, 60, 50)));
+    photo_layers layers = test::lifted_layers(test::random_disparity(random, 60, 50));
     color_at_random(layers, random);
-    const view v = own_view(layers.topology);
+    const view v = own_view(layers.topology());
     raster_options options;
     options.samples = 2;
     thread_pool threads(3);
-    const view moved = moved_view(v.camera, range, 1, 5, 3);
-    const rendering one = render_layers(layers, v, moved, options);
-    const rendering many = render_layers(layers, v, moved, options, threads);
+    const view moved = moved_view(v.camera, scene_range, 1, 5, 3);
+    const rendering one = render_layers(layers, scene_range, v, moved, options);
+    const rendering many = render_layers(layers, scene_range, v, moved, options, threads);
     CHECK((one.color == many.color));
     CHECK((one.depth == many.depth));
     CHECK((one.coverage == many.coverage));
@@ -96,16 +96,16 @@ TEST_CASE("threads do not change the picture") {
 
 TEST_CASE("pixels too near or too far aside are left out, and bad input is told") {
     const photo_layers layers = step(4, 6, 3, 0.05F);
-    const view v = own_view(layers.topology);
+    const view v = own_view(layers.topology());
     view behind = v;
     behind.position = {0, 0, -20};
-    CHECK(uncovered(render_layers(layers, v, behind)) == 24);
+    CHECK(uncovered(render_layers(layers, scene_range, v, behind)) == 24);
     view between = v;
     between.position = {0, 0, -2};
-    CHECK(uncovered(render_layers(layers, v, between)) > 0);  // only the far plane is in front
+    CHECK(uncovered(render_layers(layers, scene_range, v, between)) > 0);  // only the far plane is in front
     const auto code_of = [&](const photo_layers& l, const view& taken_from) {
         try {
-            render_layers(l, taken_from, v);
+            render_layers(l, scene_range, taken_from, v);
         } catch (const error& e) {
             return e.code();
         }

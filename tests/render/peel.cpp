@@ -15,7 +15,7 @@
 #include <vector>
 
 using namespace ldi;
-using test::over_range, test::own_view, test::range;
+using test::own_view, test::scene_range;
 
 namespace {
 
@@ -30,14 +30,14 @@ view random_view(const view& from, std::mt19937& random) {
 }
 
 photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t columns) {
-    photo_layers layers = over_range(test::lift_disparity(test::random_disparity(random, rows, columns)));
+    photo_layers layers = test::lifted_layers(test::random_disparity(random, rows, columns));
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
     return layers;
 }
 
-std::size_t link_count(const graph& g) {
+std::size_t link_count(const graph_view& g) {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < g.size(); ++i) count += (g.right[i] != no_pixel ? 1U : 0U) + (g.down[i] != no_pixel ? 1U : 0U);
+    for (std::size_t i = 0; i < g.size(); ++i) count += (g.right()[i] != no_pixel ? 1U : 0U) + (g.down()[i] != no_pixel ? 1U : 0U);
     return count;
 }
 
@@ -46,18 +46,18 @@ std::size_t link_count(const graph& g) {
 TEST_CASE("peeled from where it was taken, a layered image of any topology stays as it is") {
     testing::for_random_graphs(5, 200, [](const testing::random_layers& any, std::mt19937& random) {
         const testing::random_layers canonical = testing::in_canonical_order(any);
-        photo_layers layers = over_range(photo_layers(canonical.topology));
-        layers.column<disparity_column>() = canonical.disparity;
+        photo_layers layers = photo_layers(canonical.topology());
+        layers.set_column<disparity_column>(canonical.disparity);
         for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
         for (std::uint8_t& value : layers.column<known_column>()) value = random() % 4 != 0 ? 1 : 0;
-        const view v = own_view(layers.topology);
-        const photo_layers peeled = peel(layers, v, v);
-        REQUIRE(testing::same_graph(peeled.topology, layers.topology));
+        const view v = own_view(layers.topology());
+        const auto [peeled, peeled_range] = peel(layers, scene_range, v, v);
+        REQUIRE(peeled.topology() == layers.topology());
         REQUIRE(peeled.column<color_column>() == layers.column<color_column>());
         REQUIRE(peeled.column<known_column>() == layers.column<known_column>());
         for (std::size_t i = 0; i < layers.size(); ++i)
             REQUIRE(peeled.column<disparity_column>()[i] == Approx(canonical.disparity[i]).margin(1e-5));
-        REQUIRE((peeled.range.z_near == range.z_near && peeled.range.z_far == range.z_far));
+        REQUIRE((peeled_range.z_near == scene_range.z_near && peeled_range.z_far == scene_range.z_far));
     });
 }
 
@@ -65,18 +65,18 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
     std::mt19937 random(12);
     for (int trial = 0; trial < 25; ++trial) {
         const photo_layers layers = random_lifted(random, 20 + random() % 30, 20 + random() % 30);
-        const view v = own_view(layers.topology), from = random_view(v, random);
-        const photo_layers peeled = peel(layers, v, from);
-        const graph& g = peeled.topology;
-        const buffer<float>& disparity = peeled.column<disparity_column>();
+        const view v = own_view(layers.topology()), from = random_view(v, random);
+        const auto [peeled, peeled_range] = peel(layers, scene_range, v, from);
+        const graph& g = peeled.topology();
+        const auto disparity = peeled.column<disparity_column>();
         REQUIRE(!validate_canonical(g, disparity));
         for (const float d : disparity) REQUIRE((d >= 0 && d <= 1));
 
-        const rendering seen = render_layers(layers, v, from);
+        const rendering seen = render_layers(layers, scene_range, v, from);
         buffer<std::int32_t> front(seen.depth.size(), no_pixel);
         for (std::size_t i = 0; i < g.size(); ++i) {
             std::int32_t& nearest =
-                front[static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i])];
+                front[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])];
             if (nearest == no_pixel || disparity[i] > disparity[static_cast<std::size_t>(nearest)])
                 nearest = static_cast<std::int32_t>(i);
         }
@@ -84,7 +84,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
         for (std::size_t p = 0; p < front.size(); ++p) {
             REQUIRE((front[p] != no_pixel) == (seen.coverage.data()[p] != 0));
             if (front[p] == no_pixel) continue;
-            REQUIRE(peeled.range.depth(disparity[static_cast<std::size_t>(front[p])]) ==
+            REQUIRE(peeled_range.depth(disparity[static_cast<std::size_t>(front[p])]) ==
                     Approx(seen.depth.data()[p]).epsilon(1e-4));
             const auto color = peeled.at<color_column>(front[p]);
             for (std::size_t c = 0; c < 3; ++c) differing += color[c] != seen.color.data()[3 * p + c] ? 1U : 0U;
@@ -95,45 +95,45 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
 }
 
 TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
-    const photo_layers layers = over_range(test::lift_disparity(image<float>(24, 30, 1, 0.4F)));
-    const view v = own_view(layers.topology);
+    const photo_layers layers = test::lifted_layers(image<float>(24, 30, 1, 0.4F));
+    const view v = own_view(layers.topology());
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
-        const photo_layers peeled = peel(layers, v, moved_view(v.camera, range, 0.4F, shift));
+        const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 0.4F, shift)).layers;
         const std::size_t columns = 30 - static_cast<std::size_t>(std::floor(std::abs(shift) + 0.5F));
         CHECK(peeled.size() == 24 * columns);
-        CHECK(link_count(peeled.topology) == 23 * columns + 24 * (columns - 1));
+        CHECK(link_count(peeled.topology()) == 23 * columns + 24 * (columns - 1));
     }
     // Nearer, each pixel becomes several; farther, several become one.
     view other = v;
     other.position = {0.01F, 0.02F, -0.7F};
-    const photo_layers larger = peel(layers, v, other);
+    const auto [larger, larger_range] = peel(layers, scene_range, v, other);
     CHECK(larger.size() == 24 * 30);
-    CHECK(link_count(larger.topology) == 23 * 30 + 24 * 29);
-    CHECK(larger.range.depth(larger.column<disparity_column>()[0]) == Approx(range.depth(0.4F) - 0.7F));
+    CHECK(link_count(larger.topology()) == 23 * 30 + 24 * 29);
+    CHECK(larger_range.depth(larger.column<disparity_column>()[0]) == Approx(scene_range.depth(0.4F) - 0.7F));
     other.position = {0, 0, 5};
-    const photo_layers smaller = peel(layers, v, other);
-    CHECK(connected_components(smaller.topology).count() == 1);
+    const photo_layers smaller = peel(layers, scene_range, v, other).layers;
+    CHECK(connected_components(smaller.topology()).count() == 1);
 }
 
 TEST_CASE("a near strip lies before the plane behind it, and neither is linked to the other") {
-    photo_layers layers = over_range(test::lift_disparity(image<float>(16, 40, 1, 0.0F)));
+    photo_layers layers = test::lifted_layers(image<float>(16, 40, 1, 0.0F));
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
     for (std::int32_t y = 0; y < 16; ++y)
-        for (const std::int32_t x : {15, 20}) layers.topology.unlink(y * 40 + x, side::left);
-    const view v = own_view(layers.topology);
+        for (const std::int32_t x : {15, 20}) layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
+    const view v = own_view(layers.topology());
     // Near moves 10 to the right, far 2: the strip leaves [15, 20) for [25, 30), and [17, 22) of the plane behind is open.
-    const photo_layers peeled = peel(layers, v, moved_view(v.camera, range, 1, 10));
-    const graph& g = peeled.topology;
+    const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 1, 10)).layers;
+    const graph& g = peeled.topology();
     std::size_t near_pixels = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const bool is_near = peeled.column<disparity_column>()[i] > 0.5F;
         near_pixels += is_near ? 1 : 0;
-        CHECK((is_near ? g.x[i] >= 25 && g.x[i] < 30 : g.x[i] >= 2 && (g.x[i] < 17 || g.x[i] >= 22)));
-        const bool at_tear = is_near ? g.x[i] == 29 : g.x[i] == 16 || g.x[i] == 39;
-        CHECK((g.right[i] == no_pixel) == at_tear);
-        if (g.right[i] != no_pixel)
-            CHECK((peeled.column<disparity_column>()[static_cast<std::size_t>(g.right[i])] > 0.5F) == is_near);
+        CHECK((is_near ? g.x()[i] >= 25 && g.x()[i] < 30 : g.x()[i] >= 2 && (g.x()[i] < 17 || g.x()[i] >= 22)));
+        const bool at_tear = is_near ? g.x()[i] == 29 : g.x()[i] == 16 || g.x()[i] == 39;
+        CHECK((g.right()[i] == no_pixel) == at_tear);
+        if (g.right()[i] != no_pixel)
+            CHECK((peeled.column<disparity_column>()[static_cast<std::size_t>(g.right()[i])] > 0.5F) == is_near);
     }
     CHECK(near_pixels == 16 * 5);
     CHECK(g.size() == 16 * (5 + 15 + 18));
@@ -141,28 +141,28 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
 
 TEST_CASE("a slope that folds back is linked on either side of the fold only, and is gone where backs are left out") {
     // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
-    photo_layers layers = over_range(test::lift_disparity(image<float>(6, 40, 1, 0.0F)));
+    photo_layers layers = test::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
-        layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology.x[i] - 10) * 0.1F, 0.0F, 1.0F);
-    const view v = own_view(layers.topology);
-    const view from = moved_view(v.camera, range, 1, -25);  // 2 pixels a tenth of disparity: -1 pixel a pixel
-    const photo_layers both = peel(layers, v, from);
-    CHECK(!validate_canonical(both.topology, both.column<disparity_column>()));
-    CHECK(connected_components(both.topology).count() == 3);
+        layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);
+    const view v = own_view(layers.topology());
+    const view from = moved_view(v.camera, scene_range, 1, -25);  // 2 pixels a tenth of disparity: -1 pixel a pixel
+    const photo_layers both = peel(layers, scene_range, v, from).layers;
+    CHECK(!validate_canonical(both.topology(), both.column<disparity_column>()));
+    CHECK(connected_components(both.topology()).count() == 3);
     peel_options options;
     options.both_sides = false;
-    const photo_layers front = peel(layers, v, from, options);
-    CHECK(connected_components(front.topology).count() == 2);
+    const photo_layers front = peel(layers, scene_range, v, from, options).layers;
+    CHECK(connected_components(front.topology()).count() == 2);
     CHECK(front.size() < both.size());
 }
 
 TEST_CASE("threads do not change what is peeled") {
     std::mt19937 random(2);
     const photo_layers layers = random_lifted(random, 50, 45);
-    const view v = own_view(layers.topology), from = random_view(v, random);
+    const view v = own_view(layers.topology()), from = random_view(v, random);
     thread_pool threads(3);
-    const photo_layers one = peel(layers, v, from), many = peel(layers, v, from, {}, threads);
-    CHECK(testing::same_graph(one.topology, many.topology));
+    const photo_layers one = peel(layers, scene_range, v, from).layers, many = peel(layers, scene_range, v, from, {}, threads).layers;
+    CHECK(one.topology() == many.topology());
     CHECK(one.column<color_column>() == many.column<color_column>());
     CHECK(one.column<disparity_column>() == many.column<disparity_column>());
 }

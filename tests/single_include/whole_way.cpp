@@ -38,7 +38,7 @@ int main(int count, char** arguments) {
     const ldi::tiefenrausch estimator = ldi::decode_tiefenrausch(bytes_of(read(arguments[1])));
     const ldi::farbrausch inpainter = ldi::decode_farbrausch(bytes_of(read(arguments[2])));
     const ldi::photo3d made = ldi::make_photo3d(draw_photo(), estimator, inpainter);
-    const ldi::buffer<std::byte> glb = ldi::encode_glb(made.mesh, made.atlas.color, {.camera = made.layers.camera});
+    const ldi::buffer<std::byte> glb = ldi::encode_glb(made.mesh, made.atlas.color, {.camera = made.facts.camera});
     std::ofstream(arguments[3], std::ios::binary)
         .write(reinterpret_cast<const char*>(glb.data()), static_cast<std::streamsize>(glb.size()));
     return made.mesh.triangle_count() > 100 ? 0 : 1;

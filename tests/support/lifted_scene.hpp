@@ -1,6 +1,8 @@
 // Disparity maps to grow hidden surfaces behind: random ones, and lifting without colors.
 #pragma once
 
+#include <ldi/core/photo_facts.hpp>
+#include <ldi/occlusion/expand.hpp>
 #include <ldi/occlusion/lift.hpp>
 
 #include <algorithm>
@@ -12,6 +14,16 @@ namespace ldi::test {
 
 inline photo_layer lift_disparity(const image<float>& disparity) {
     return lift(image<std::uint8_t>(disparity.height(), disparity.width(), 3, std::uint8_t{100}), disparity);
+}
+
+/// The same as a layered image without hidden surfaces.
+inline photo_layers lifted_layers(const image<float>& disparity) { return expand(lift_disparity(disparity), {}, {}).layers; }
+
+/// A phone's main camera.
+inline photo_facts facts_of(const graph_view& g) {
+    photo_facts facts;
+    facts.camera = {g.width(), g.height(), focal_length_from_35mm(26.0F, g.width(), g.height())};
+    return facts;
 }
 
 /// A slanted background with discs, bars and half planes before it, each flat or slanted.

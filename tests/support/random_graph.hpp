@@ -3,7 +3,8 @@
 #pragma once
 
 #include <ldi/core/canonical_order.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/graph_builder.hpp>
+#include <ldi/core/layered_image.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -18,8 +19,10 @@ namespace ldi::testing {
 
 /// A graph and one disparity a pixel, no two the same, so that its canonical order does not depend on the order it had.
 struct random_layers {
-    graph topology;
+    graph made;
     buffer<float> disparity;
+
+    const graph& topology() const { return made; }
 };
 
 /// A number in [0, bound). The standard distributions differ between standard libraries; this one does not.
@@ -40,35 +43,28 @@ inline buffer<std::int32_t> random_permutation(std::mt19937& random, std::size_t
 }
 
 inline random_layers reordered(const random_layers& layers, std::span<const std::int32_t> order) {
-    return {ldi::reordered(layers.topology, order), ldi::reordered(layers.disparity, order)};
+    return {ldi::reordered(layers.topology(), order), ldi::reordered(layers.disparity, order)};
 }
 
 inline random_layers shuffled(const random_layers& layers, std::mt19937& random) {
-    return reordered(layers, random_permutation(random, layers.topology.size()));
+    return reordered(layers, random_permutation(random, layers.topology().size()));
 }
 
 inline random_layers in_canonical_order(const random_layers& layers) {
-    return reordered(layers, canonical_order(layers.topology, layers.disparity));
-}
-
-inline bool same_graph(const graph& a, const graph& b) {
-    return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y && a.up == b.up && a.down == b.down &&
-           a.left == b.left && a.right == b.right;
+    return reordered(layers, canonical_order(layers.topology(), layers.disparity));
 }
 
 /// The pieces that random graphs are made of. Pieces are laid over what is there: they share positions with it, not pixels.
-class graph_builder {
+class random_pieces {
 public:
-    graph_builder(std::mt19937& random, std::int32_t width, std::int32_t height) : random_(random) {
-        g_.width = width, g_.height = height;
-    }
+    random_pieces(std::mt19937& random, std::int32_t width, std::int32_t height) : random_(random), g_(width, height) {}
 
-    const graph& result() const { return g_; }
+    graph result() const { return graph_builder(g_).build(); }
 
     /// A fully linked rectangle, cut off at the lattice's border. Returns its pixels, row-major.
     buffer<std::int32_t> add_sheet(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height) {
-        const std::int32_t right = std::min<std::int32_t>(x + width, g_.width),
-                           bottom = std::min<std::int32_t>(y + height, g_.height);
+        const std::int32_t right = std::min<std::int32_t>(x + width, g_.width()),
+                           bottom = std::min<std::int32_t>(y + height, g_.height());
         x = std::max<std::int32_t>(x, 0), y = std::max<std::int32_t>(y, 0);
         buffer<std::int32_t> pixels;
         for (std::int32_t row = y; row < bottom; ++row)
@@ -82,8 +78,8 @@ public:
     }
 
     void add_random_sheet() {
-        const std::int32_t x = below(random_, g_.width), y = below(random_, g_.height);
-        add_sheet(x, y, 1 + below(random_, g_.width), 1 + below(random_, g_.height));
+        const std::int32_t x = below(random_, g_.width()), y = below(random_, g_.height());
+        add_sheet(x, y, 1 + below(random_, g_.width()), 1 + below(random_, g_.height()));
     }
 
     /// A sheet that continues the surface of some pixel beyond one of its free sides: where it turns back over what is there, the
@@ -115,7 +111,7 @@ public:
     void add_ribbon() {
         std::int32_t at = g_.size() > 0 && chance(random_, 50)
                               ? random_pixel()
-                              : g_.add_pixel(below(random_, g_.width), below(random_, g_.height));
+                              : g_.add_pixel(below(random_, g_.width()), below(random_, g_.height()));
         side s = random_side(random_);
         for (std::int32_t length = 1 + below(random_, 20); length > 0; --length) {
             if (chance(random_, 30)) s = random_side(random_);
@@ -144,13 +140,13 @@ public:
     }
 
     void add_random_helix() {
-        add_helix(1 + below(random_, g_.width), 1 + below(random_, g_.height), 1 + below(random_, 3), 1 + below(random_, 3));
+        add_helix(1 + below(random_, g_.width()), 1 + below(random_, g_.height()), 1 + below(random_, 3), 1 + below(random_, 3));
     }
 
     /// Pixels anywhere, linked at random.
     void add_disorder() {
         for (std::int32_t count = 1 + below(random_, 30); count > 0; --count)
-            g_.add_pixel(below(random_, g_.width), below(random_, g_.height));
+            g_.add_pixel(below(random_, g_.width()), below(random_, g_.height()));
         add_bridges(100);
     }
 
@@ -167,8 +163,8 @@ public:
     /// A straight silhouette, through all layers or through some pixels only.
     void cut() {
         const bool vertical = chance(random_, 50);
-        const std::int32_t line = below(random_, vertical ? g_.width : g_.height);
-        const std::int32_t first = below(random_, vertical ? g_.height : g_.width), last = first + below(random_, 10);
+        const std::int32_t line = below(random_, vertical ? g_.width() : g_.height());
+        const std::int32_t first = below(random_, vertical ? g_.height() : g_.width()), last = first + below(random_, 10);
         const std::int32_t percent = chance(random_, 50) ? 100 : 60;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(g_.size()); ++i) {
             const std::int32_t across = vertical ? x_of(i) : y_of(i), along = vertical ? y_of(i) : x_of(i);
@@ -184,31 +180,27 @@ public:
     }
 
     void drop_pixels(std::int32_t percent) {
-        buffer<std::int32_t> keep, dropped;
-        for (std::int32_t i = 0; i < static_cast<std::int32_t>(g_.size()); ++i)
-            (chance(random_, percent) ? dropped : keep).push_back(i);
-        for (const std::int32_t i : dropped)
-            for (const side s : all_sides) g_.unlink(i, s);
-        const std::size_t count = keep.size();
-        keep.insert(keep.end(), dropped.begin(), dropped.end());
-        g_ = ldi::reordered(g_, keep);
-        g_.resize(count);
+        buffer<std::uint8_t> kept;
+        for (std::size_t i = 0; i < g_.size(); ++i) kept.push_back(chance(random_, percent) ? 0 : 1);
+        layered_image<> pixels(result());
+        pixels.keep(kept);
+        g_ = graph_builder(pixels.topology());
     }
 
 private:
-    std::int32_t x_of(std::int32_t pixel) const { return g_.x[static_cast<std::size_t>(pixel)]; }
-    std::int32_t y_of(std::int32_t pixel) const { return g_.y[static_cast<std::size_t>(pixel)]; }
-    bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && x < g_.width && y >= 0 && y < g_.height; }
+    std::int32_t x_of(std::int32_t pixel) const { return g_.x()[static_cast<std::size_t>(pixel)]; }
+    std::int32_t y_of(std::int32_t pixel) const { return g_.y()[static_cast<std::size_t>(pixel)]; }
+    bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && x < g_.width() && y >= 0 && y < g_.height(); }
     std::int32_t random_pixel() { return below(random_, static_cast<std::int32_t>(g_.size())); }
 
     std::mt19937& random_;
-    graph g_;
+    graph_builder g_;
 };
 
 /// A graph of some of these pieces, in canonical order, on a lattice of at most largest_side x largest_side. May be empty.
 inline random_layers random_graph(std::mt19937& random, std::int32_t largest_side = 14) {
     const std::int32_t width = 1 + below(random, largest_side), height = 1 + below(random, largest_side);
-    graph_builder builder(random, width, height);
+    random_pieces builder(random, width, height);
     if (chance(random, 50)) builder.add_sheet(0, 0, width, height);
     for (std::int32_t pieces = below(random, 7); pieces > 0; --pieces) {
         switch (below(random, 6)) {
@@ -226,8 +218,8 @@ inline random_layers random_graph(std::mt19937& random, std::int32_t largest_sid
     if (chance(random, 20)) builder.drop_pixels(20);
 
     random_layers layers{builder.result(), {}};
-    for (const std::int32_t rank : random_permutation(random, layers.topology.size()))
-        layers.disparity.push_back((static_cast<float>(rank) + 0.5F) / static_cast<float>(layers.topology.size()));
+    for (const std::int32_t rank : random_permutation(random, layers.topology().size()))
+        layers.disparity.push_back((static_cast<float>(rank) + 0.5F) / static_cast<float>(layers.topology().size()));
     return in_canonical_order(layers);
 }
 

@@ -7,16 +7,11 @@
 
 namespace ldi::test {
 
-inline const depth_range range{1, 5};
+inline const depth_range scene_range{1, 5};
 
-inline photo_layers over_range(photo_layers layers) {
-    layers.range = range;
-    return layers;
-}
-
-inline view own_view(const graph& g) {
+inline view own_view(const graph_view& g) {
     view v;
-    v.camera = {g.width, g.height, focal_length_from_field_of_view(60, g.width, g.height)};
+    v.camera = {g.width(), g.height(), focal_length_from_field_of_view(60, g.width(), g.height())};
     return v;
 }
 

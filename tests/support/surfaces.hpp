@@ -11,12 +11,8 @@ using surfaces = layered_image<disparity_column>;
 
 /// topology   any graph
 /// disparity  one a pixel
-inline surfaces surfaces_of(const graph& topology, std::span<const float> disparity, surface_rule rule = {}) {
-    surfaces layers;
-    layers.topology = topology;
-    layers.surface = rule;
-    layers.column<disparity_column>().assign(disparity.begin(), disparity.end());
-    return layers;
+inline surfaces surfaces_of(const graph_view& topology, std::span<const float> disparity) {
+    return surfaces(graph_builder(topology).build(), buffer<float>(disparity.begin(), disparity.end()));
 }
 
 }  // namespace ldi::testing

@@ -16,7 +16,7 @@ using namespace ldi::testing;
 bool is_own(texel_kind k) { return k == texel_kind::photo || k == texel_kind::refilled || k == texel_kind::occluded; }
 
 void check_atlas(const photo_layers& layers, const chart_set& charts, const texture_atlas& atlas, const atlas_options& options) {
-    const graph& g = layers.topology;
+    const graph& g = layers.topology();
     const std::size_t rows = atlas.kind.height(), columns = atlas.kind.width();
     REQUIRE(atlas.color.height() == rows);
     REQUIRE(atlas.color.width() == columns);
@@ -47,17 +47,17 @@ void check_atlas(const photo_layers& layers, const chart_set& charts, const text
     CHECK(disjoint);
 
     // Every pixel stands at its texel, and no other texel claims to be one.
-    buffer<float> front(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height), -1.0F);
+    buffer<float> front(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), -1.0F);
     const auto lattice = [&](std::size_t i) {
-        return static_cast<std::size_t>(g.y[i]) * static_cast<std::size_t>(g.width) + static_cast<std::size_t>(g.x[i]);
+        return static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i]);
     };
     for (std::size_t i = 0; i < g.size(); ++i)
         front[lattice(i)] = std::max(front[lattice(i)], layers.column<disparity_column>()[i]);
     bool colors = true, kinds = true;
     for (std::size_t i = 0; i < g.size(); ++i) {
         const std::size_t c = static_cast<std::size_t>(charts.chart_of[i]);
-        const std::size_t x = static_cast<std::size_t>(g.x[i] - charts.charts[c].x + atlas.placements[c].x);
-        const std::size_t y = static_cast<std::size_t>(g.y[i] - charts.charts[c].y + atlas.placements[c].y);
+        const std::size_t x = static_cast<std::size_t>(g.x()[i] - charts.charts[c].x + atlas.placements[c].x);
+        const std::size_t y = static_cast<std::size_t>(g.y()[i] - charts.charts[c].y + atlas.placements[c].y);
         for (std::size_t k = 0; k < 3; ++k) colors = colors && atlas.color(y, x, k) == layers.column<color_column>()[3 * i + k];
         const texel_kind expected = layers.column<known_column>()[i] != 0                      ? texel_kind::photo
                                     : layers.column<disparity_column>()[i] < front[lattice(i)] ? texel_kind::occluded
@@ -94,7 +94,7 @@ TEST_CASE("atlases of random charts hold every pixel once, in blocks of its char
         options.padding.filter_padding = 1 + below(random, 6);
         chart_options cut;
         cut.max_side = 16 + below(random, 60);
-        const chart_set charts = make_charts(layers, cut);
+        const chart_set charts = make_charts(layers, {}, cut);
         check_atlas(layers, charts, make_atlas(layers, charts, options), options);
     }
 }
@@ -103,7 +103,7 @@ TEST_CASE("atlases of scenes with hidden surfaces do too, on any number of threa
     std::mt19937 random(2);
     for (int i = 0; i < 6; ++i) {
         const photo_layers layers = random_scene(random, 130, 150);
-        const chart_set charts = make_charts(layers);
+        const chart_set charts = make_charts(layers, {});
         const texture_atlas atlas = make_atlas(layers, charts);
         check_atlas(layers, charts, atlas, {});
         check_threads(layers, charts, atlas);
@@ -118,7 +118,7 @@ TEST_CASE("atlases of real photos do too") {
             continue;
         }
         INFO(name);
-        const chart_set charts = make_charts(*layers);
+        const chart_set charts = make_charts(*layers, {});
         const texture_atlas atlas = make_atlas(*layers, charts);
         check_atlas(*layers, charts, atlas, {});
         check_threads(*layers, charts, atlas);
@@ -134,7 +134,7 @@ TEST_CASE("an image without pixels has an empty atlas") {
 
 TEST_CASE("a photo that does not fit is refused, and padding below one texel") {
     const photo_layers layers(make_grid(100, 100));
-    const chart_set charts = make_charts(layers);
+    const chart_set charts = make_charts(layers, {});
     atlas_options options;
     options.max_side = 112;
     CHECK(make_atlas(layers, charts, options).color.height() == 112);

@@ -1,3 +1,4 @@
+#include "tests/support/sketched_graph.hpp"
 #include "tests/texture/photo_scene.hpp"
 
 #include <ldi/charts/charts.hpp>
@@ -47,14 +48,14 @@ drawing draw(const photo_layers& layers, const chart& c, const padding_options& 
               image<texel_kind>(static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), 1, texel_kind::empty),
               {options.filter_padding, options.filter_padding}};
     const std::vector<texel_kind> kinds(layers.size(), texel_kind::photo);
-    chart_padder padder(layers.topology, layers.column<color_column>(), kinds, d.color, d.kind);
+    chart_padder padder(layers.topology(), layers.column<color_column>(), kinds, d.color, d.kind);
     padder.draw(c, d.placement, {0, 0, columns, rows}, options);
     return d;
 }
 
 /// Two sheets side by side, 20 x 20 each, linked or not, the left one dark and the right one light, a chart each.
 std::pair<photo_layers, chart_set> two_sheets(bool linked) {
-    graph g = make_grid(40, 20);
+    testing::sketched_graph g(make_grid(40, 20));
     if (!linked)
         for (std::int32_t y = 0; y < 20; ++y) g.unlink(y * 40 + 19, side::right);
     photo_layers layers(std::move(g));
@@ -119,7 +120,7 @@ TEST_CASE("diffusion is smooth: a linear ramp goes on without a step") {
 TEST_CASE("more rounds of diffusion change little") {
     std::mt19937 random(5);
     const photo_layers layers = random_scene(random, 90, 110);
-    const chart_set set = make_charts(layers);
+    const chart_set set = make_charts(layers, {});
     const auto largest = std::max_element(set.charts.begin(), set.charts.end(),
                                           [](const chart& a, const chart& b) { return a.pixels.size() < b.pixels.size(); });
     padding_options thorough;
@@ -144,10 +145,10 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
     std::mt19937 random(6);
     for (int i = 0; i < 150; ++i) {
         const photo_layers layers = random_photo_layers(random, 40);
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         padding_options options;
         options.filter_padding = 1 + below(random, 6);
-        const chart_set set = make_charts(layers);
+        const chart_set set = make_charts(layers, {});
         for (const chart& c : set.charts) {
             const drawing d = draw(layers, c, options);
             // All colors that links of the chart lead to, by texel.
@@ -161,7 +162,7 @@ TEST_CASE("padding of random charts shows pixels that links lead to, or stays wi
                         const std::int32_t other = g.neighbor(pixel, s);
                         if (other == no_pixel || !seen.insert(other).second) continue;
                         const std::size_t o = static_cast<std::size_t>(other);
-                        reached[{g.x[o] - c.x + d.placement.x, g.y[o] - c.y + d.placement.y}].insert(color_of(layers, other));
+                        reached[{g.x()[o] - c.x + d.placement.x, g.y()[o] - c.y + d.placement.y}].insert(color_of(layers, other));
                         next.push_back(other);
                     }
                 wave = next;

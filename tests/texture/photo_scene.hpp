@@ -29,8 +29,8 @@ namespace ldi::testing {
 /// A graph as random_graph.hpp makes them, with random colors, some of them unknown.
 inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t largest_side) {
     random_layers made = random_graph(random, largest_side);
-    photo_layers layers(std::move(made.topology));
-    layers.column<disparity_column>() = std::move(made.disparity);
+    photo_layers layers(graph(made.topology()));
+    layers.set_column<disparity_column>(std::move(made.disparity));
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(below(random, 256));
     for (std::uint8_t& known : layers.column<known_column>()) known = chance(random, 70) ? 1 : 0;
     return layers;
@@ -39,8 +39,8 @@ inline photo_layers random_photo_layers(std::mt19937& random, std::int32_t large
 /// A lifted photo with its hidden surfaces, every pixel colored.
 inline photo_layers with_hidden_surfaces(photo_layer lifted) {
     unmix_colors(lifted);
-    const auto curves = find_discontinuity_curves(lifted);
-    photo_layers layers = expand(std::move(lifted), curves, {.motion = 1.0F, .iterations = 50});  // far behind what hides them
+    const auto curves = find_discontinuity_curves(lifted, {});
+    photo_layers layers = expand(std::move(lifted), {}, curves, {.motion = 1.0F, .iterations = 50}).layers;  // far behind what hides them
     const serial_executor threads;
     diffusion_inpainter().inpaint(layers, {}, threads);
     return layers;

@@ -37,7 +37,7 @@ sheet_scene make_scene(image<std::uint8_t> photo, const image<float>& disparity,
                                   static_cast<double>(s.photo.height()) / static_cast<double>(disparity.height()));
     chart_options cut;
     cut.max_side = std::min(cut.max_side, largest_chart_side(scale, s.options));
-    s.charts = make_charts(s.layers, cut);
+    s.charts = make_charts(s.layers, {}, cut);
     s.atlas = make_atlas(s.layers, s.charts);
     s.layout = lay_out_sheets(s.layers, s.charts, s.atlas, s.photo.height(), s.photo.width(), s.options);
     for (std::size_t i = 1; i < s.layout.sizes.size(); ++i)
@@ -73,12 +73,12 @@ const std::uint8_t* texel_of(const sheet_scene& s, std::int32_t c, std::int32_t 
 /// sheet.
 template <class Visit>
 void for_each_texel(const sheet_scene& s, Visit&& visit) {
-    const graph& g = s.layers.topology;
+    const graph& g = s.layers.topology();
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (s.layout.placements[s.charts.chart_of[i]].sheet == 0) continue;
-        for (std::int32_t y = s.layout.down.first_at(g.y[i]); y < s.layout.down.last_at(g.y[i] + 1); ++y)
-            for (std::int32_t x = s.layout.across.first_at(g.x[i]); x < s.layout.across.last_at(g.x[i] + 1); ++x)
-                if (s.layout.across.pixel_of(x) == g.x[i] && s.layout.down.pixel_of(y) == g.y[i]) visit(i, x, y);
+        for (std::int32_t y = s.layout.down.first_at(g.y()[i]); y < s.layout.down.last_at(g.y()[i] + 1); ++y)
+            for (std::int32_t x = s.layout.across.first_at(g.x()[i]); x < s.layout.across.last_at(g.x()[i] + 1); ++x)
+                if (s.layout.across.pixel_of(x) == g.x()[i] && s.layout.down.pixel_of(y) == g.y()[i]) visit(i, x, y);
     }
 }
 
@@ -88,8 +88,8 @@ struct atlas_place {
 };
 atlas_place in_atlas(const sheet_scene& s, std::int32_t pixel) {
     const std::int32_t c = s.charts.chart_of[pixel];
-    return {s.layers.topology.x[pixel] - s.charts.charts[c].x + s.atlas.placements[c].x,
-            s.layers.topology.y[pixel] - s.charts.charts[c].y + s.atlas.placements[c].y};
+    return {s.layers.topology().x()[pixel] - s.charts.charts[c].x + s.atlas.placements[c].x,
+            s.layers.topology().y()[pixel] - s.charts.charts[c].y + s.atlas.placements[c].y};
 }
 
 }  // namespace
@@ -130,12 +130,12 @@ TEST_CASE("where the photo is in sight, the sheets are the photo, byte for byte"
         const sheet_scene s = random_sheet_scene(random);
         // A pixel that has the photo's color, and two more on every side do.
         const auto is_the_photos = [&](std::int32_t pixel) {
-            const graph& g = s.layers.topology;
+            const graph& g = s.layers.topology();
             const atlas_place at = in_atlas(s, pixel);
             for (std::int32_t y = -2; y <= 2; ++y)
                 for (std::int32_t x = -2; x <= 2; ++x) {
-                    const std::int32_t u = g.x[pixel] + x, v = g.y[pixel] + y;
-                    if (u < 0 || v < 0 || u >= g.width || v >= g.height) continue;
+                    const std::int32_t u = g.x()[pixel] + x, v = g.y()[pixel] + y;
+                    if (u < 0 || v < 0 || u >= g.width() || v >= g.height()) continue;
                     const texel_kind kind = s.atlas.kind(at.y + y, at.x + x);
                     if (kind != texel_kind::photo && kind != texel_kind::copied) return false;
                     if (!std::equal(s.worked_on.row(v) + 3 * u, s.worked_on.row(v) + 3 * u + 3,

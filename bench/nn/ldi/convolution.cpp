@@ -16,7 +16,7 @@
 namespace {
 
 const ldi::graph& photo() {
-    static const ldi::graph g = ldi_bench::converted_photo().layers.topology;
+    static const ldi::graph g = ldi_bench::converted_photo().layers.topology();
     return g;
 }
 
@@ -68,7 +68,7 @@ struct layer {
     bool on_image, is_partial;
 };
 
-void measure(benchmark::State& state, const layer& l, const ldi::graph& g, std::span<const ldi::feature_view> sources) {
+void measure(benchmark::State& state, const layer& l, const ldi::graph_view& g, std::span<const ldi::feature_view> sources) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
     const ldi::buffer<float> weights = random_floats(l.outputs * l.inputs * elements), bias = random_floats(l.outputs);
     const ldi::conv_f32_weights packed = ldi::pack_convolution(ldi::best_isa(), weights, bias, l.kernel_size, ldi::relu);

@@ -31,10 +31,15 @@ py::array_t<T> array_over(const py::object& owner, const T* values, std::vector<
 
 /// K values, or K / columns x columns.
 template <class T>
-py::array_t<T> array_over(const py::object& owner, const buffer<T>& values, std::size_t columns = 1) {
+py::array_t<std::remove_const_t<T>> array_over(const py::object& owner, array_view<T> values, std::size_t columns = 1) {
     const auto rows = static_cast<py::ssize_t>(values.size() / columns);
     if (columns == 1) return array_over(owner, values.data(), {rows});
     return array_over(owner, values.data(), {rows, static_cast<py::ssize_t>(columns)});
+}
+
+template <class T>
+py::array_t<T> array_over(const py::object& owner, const buffer<T>& values, std::size_t columns = 1) {
+    return array_over(owner, array_view<const T>(values), columns);
 }
 
 template <class T>

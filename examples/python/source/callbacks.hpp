@@ -148,7 +148,7 @@ public:
           is_diffusion_(inpainter.is_none()) {}
 
     template <executor Executor>
-    void inpaint(photo_layers& layers, const progress_listener& progress, Executor&& threads) const {
+    void inpaint(working_layers<>& layers, const progress_listener& progress, Executor&& threads) const {
         if (network_ != nullptr)
             network_->inpaint(layers, progress, threads);
         else if (is_diffusion_)
@@ -158,7 +158,7 @@ public:
     }
 
 private:
-    void ask(photo_layers& layers) const {
+    void ask(working_layers<>& layers) const {
         const py::gil_scoped_acquire lock;
         const auto shown = std::make_shared<layers_value>();
         shown->layers = std::move(layers);
@@ -167,13 +167,13 @@ private:
         layers = shown.use_count() == 1 ? std::move(shown->layers) : shown->layers;
     }
 
-    static void set_colors(photo_layers& layers, const py::object& result) {
+    static void set_colors(working_layers<>& layers, const py::object& result) {
         const std::string name = "inpaint(layers)", expected = std::to_string(layers.size()) + " x 3 values of uint8";
         const py::array_t<std::uint8_t> array = bytes_of(result, name, expected);
         if (array.ndim() != 2 || static_cast<std::size_t>(array.shape(0)) != layers.size() || array.shape(1) != 3)
             raise(error_code::mismatch, name, expected, description(array));
         const auto colors = array.unchecked<2>();
-        for (std::int32_t i = 0; i < layers.topology.count(); ++i)
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i)
             if (layers.column<known_column>()[i] == 0)
                 for (std::size_t c = 0; c < 3; ++c) layers.at<color_column>(i)[c] = colors(i, static_cast<py::ssize_t>(c));
     }

@@ -53,9 +53,9 @@ void add_pickle(Class& to, std::shared_ptr<typename Class::type> (*from)(const p
 template <class Class>
 void add_columns(Class& to) {
     using type = typename Class::type;
-    const auto add = [&](const char* name, const char* meaning, buffer<std::int32_t> graph::*column) {
+    const auto add = [&](const char* name, const char* meaning, array_view<const std::int32_t> (graph::*column)() const) {
         add_view(to, name, meaning,
-                 [column](const py::object& self, const type& v) { return array_over(self, v.layers.topology.*column); });
+                 [column](const py::object& self, const type& v) { return array_over(self, (v.layers.topology().*column)()); });
     };
     add("x", "K int32: column of each pixel's position in the photo", &graph::x);
     add("y", "K int32: row of each pixel's position in the photo", &graph::y);
@@ -71,15 +71,14 @@ void add_columns(Class& to) {
     add_view(to, "known", "K uint8: 1 where the photo gives the color, 0 where it is inpainted",
              [](const py::object& self, const type& v) { return array_over(self, v.layers.template column<known_column>()); });
     const auto add_fact = [&](const char* name, const char* meaning, auto read) {
-        to.def_property_readonly(
-            name, [read](const type& v) { return read(v.layers); }, meaning);
+        to.def_property_readonly(name, read, meaning);
     };
-    add_fact("width", "width of the photo in pixels", [](const photo_layers& l) { return l.camera.width; });
-    add_fact("height", "height of the photo in pixels", [](const photo_layers& l) { return l.camera.height; });
+    add_fact("width", "width of the photo in pixels", [](const type& v) { return v.layers.topology().width(); });
+    add_fact("height", "height of the photo in pixels", [](const type& v) { return v.layers.topology().height(); });
     add_fact("focal_length", "focal length of the photo's camera in pixels",
-             [](const photo_layers& l) { return l.camera.focal_length; });
-    add_fact("z_near", "distance that disparity 1 stands for", [](const photo_layers& l) { return l.range.z_near; });
-    add_fact("z_far", "distance that disparity 0 stands for", [](const photo_layers& l) { return l.range.z_far; });
+             [](const type& v) { return facts_of(v).camera.focal_length; });
+    add_fact("z_near", "distance of disparity 1", [](const type& v) { return facts_of(v).range.z_near; });
+    add_fact("z_far", "distance of disparity 0", [](const type& v) { return facts_of(v).range.z_far; });
     to.def(
         "__len__", [](const type& v) { return v.layers.size(); }, "number of pixels, K");
 }

@@ -35,10 +35,10 @@ inline std::vector<std::byte> encode(const photo3d_value& made, int quality, boo
     examples::texture_files files;
     files.jpeg.push_back(encode_jpeg(texture, quality));
     examples::add_webp(files, texture, quality, choice);
-    const photo_layers& layers = made.layers->layers;
+    const photo_facts& facts = facts_of(*made.layers);
     glb_options options;
-    options.camera = layers.camera, options.motion = layers.motion, options.range = layers.range;
-    return examples::compressed(encode_glb(*made.mesh, files.jpeg.front(), options), files, layers.camera.focal_length, choice)
+    options.camera = facts.camera, options.motion = made.layers->motion, options.range = facts.range;
+    return examples::compressed(encode_glb(*made.mesh, files.jpeg.front(), options), files, facts.camera.focal_length, choice)
         .file;
 }
 
@@ -69,9 +69,9 @@ inline py::array_t<std::uint8_t> render(const photo3d_value& made, std::array<fl
     rendering seen;
     {
         const py::gil_scoped_release unlocked;
-        const photo_layers& layers = made.layers->layers;
+        const photo_facts& facts = facts_of(*made.layers);
         view from;
-        from.camera = layers.camera;
+        from.camera = facts.camera;
         if (width) {
             const float scale = static_cast<float>(*width) / static_cast<float>(from.camera.width);
             from.camera.height =
@@ -82,7 +82,7 @@ inline py::array_t<std::uint8_t> render(const photo3d_value& made, std::array<fl
         from.position = position;
         raster_options options;
         options.samples = samples;
-        options.z_near = 0.01F * layers.range.z_near;
+        options.z_near = 0.01F * facts.range.z_near;
         thread_pool threads(thread_count);
         seen = rasterize(*made.mesh, made.atlas->color, from, options, threads);
     }

@@ -31,8 +31,12 @@ inline py::tuple checked(const py::tuple& state, std::size_t count) {
 }
 
 template <class T>
-py::array_t<T> copy_of(const buffer<T>& values, std::size_t columns = 1) {
+py::array_t<std::remove_const_t<T>> copy_of(array_view<T> values, std::size_t columns = 1) {
     return array_over(py::none(), values, columns).attr("copy")();
+}
+template <class T>
+py::array_t<T> copy_of(const buffer<T>& values, std::size_t columns = 1) {
+    return copy_of(array_view<const T>(values), columns);
 }
 template <class T>
 py::array_t<T> copy_of(const image<T>& picture) {
@@ -71,11 +75,12 @@ inline std::shared_ptr<layers_value> layers_from(const py::tuple& state) {
     const auto layer = make_layer(items[0].cast<std::shared_ptr<depth_value>>(), items[1].cast<float>(), 0);
     auto layers = make_layers(*layer, items[2].cast<float>());
     layers->geometry = items[3].cast<geometry_id>();
-    layers->layers.column<color_column>() = column_of<std::uint8_t>(items[4], 3, "color");
-    layers->layers.column<known_column>() = column_of<std::uint8_t>(items[5], 1, "known");
+    buffer<std::uint8_t> color = column_of<std::uint8_t>(items[4], 3, "color"), known = column_of<std::uint8_t>(items[5], 1, "known");
     const std::size_t rows = layers->layers.size();
-    if (layers->layers.column<color_column>().size() != 3 * rows || layers->layers.column<known_column>().size() != rows)
+    if (color.size() != 3 * rows || known.size() != rows)
         raise(error_code::invalid_data, "pickle", "colors of " + std::to_string(rows) + " pixels", "another number");
+    layers->layers.set_column<color_column>(std::move(color));
+    layers->layers.set_column<known_column>(std::move(known));
     return layers;
 }
 

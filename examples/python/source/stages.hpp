@@ -46,11 +46,11 @@ inline std::shared_ptr<layer_value> make_layer(const std::shared_ptr<depth_value
     photo3d_options options;
     options.focal_length_35mm = focal_length;
     return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
-        lifted_photo lifted = lift_photo(*depth, options, pool);
+        lifted_photo<> lifted = lift_photo(*depth, options, pool);
         auto made = std::make_shared<layer_value>();
         made->layers = std::move(lifted.layer);
         made->silhouettes = std::make_shared<silhouettes_value>(
-            silhouettes_value{depth, focal_length, std::move(lifted.curves), std::move(lifted.matte), std::move(lifted.rims)});
+            silhouettes_value{depth, focal_length, lifted.facts, std::move(lifted.curves), std::move(lifted.rims)});
         return made;
     });
 }
@@ -59,9 +59,10 @@ inline std::shared_ptr<layers_value> make_layers(const layer_value& layer, float
     expand_options options;
     options.motion = motion;
     return run_unlocked(py::none(), 1, [&](const progress_listener& listener, thread_pool&) {
+        const silhouettes_value& silhouettes = *layer.silhouettes;
+        auto grown = expand(layer.layers, silhouettes.facts.surface, silhouettes.curves, options, listener);
         return std::make_shared<layers_value>(
-            layers_value{expand(photo_layer(layer.layers), layer.silhouettes->curves, options, listener), layer.silhouettes,
-                         motion, new_geometry_id()});
+            layers_value{std::move(grown.layers), layer.silhouettes, motion, new_geometry_id()});
     });
 }
 
@@ -80,8 +81,9 @@ inline std::shared_ptr<layers_value> make_inpainted(const layers_value& layers, 
 }
 
 inline std::shared_ptr<charts_value> make_chart_set(const layers_value& layers) {
+    const surface_rule surface = silhouettes_of(layers).facts.surface;
     const py::gil_scoped_release unlocked;
-    return std::make_shared<charts_value>(charts_value{make_charts(layers.layers), layers.geometry});
+    return std::make_shared<charts_value>(charts_value{make_charts(layers.layers, surface), layers.geometry});
 }
 
 inline std::shared_ptr<atlas_value> make_texture_atlas(const layers_value& layers, const charts_value& charts,
@@ -97,9 +99,8 @@ inline std::shared_ptr<mesh_value> make_textured_mesh(const layers_value& layers
     check_same_geometry(layers, charts, atlas);
     const silhouettes_value& silhouettes = silhouettes_of(layers);
     return run_unlocked(py::none(), threads, [&](const progress_listener&, thread_pool& pool) {
-        const visible_silhouettes seen{silhouettes.depth->disparity, silhouettes.matte};
         return std::make_shared<mesh_value>(
-            mesh_value{build_mesh(layers.layers, charts, atlas, seen, {}, pool), layers.geometry});
+            mesh_value{build_mesh(layers.layers, silhouettes.facts, charts, atlas, {}, pool), layers.geometry});
     });
 }
 
@@ -121,12 +122,12 @@ inline py::array_t<float> estimate(const tiefenrausch& network, const py::object
 
 /// The colors of layers as a network returns them.
 inline py::array_t<std::uint8_t> inpaint_colors(const farbrausch& network, const layers_value& layers, std::size_t threads) {
-    photo_layers filled = run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
-        photo_layers copy = layers.layers;
+    working_layers<> filled = run_unlocked(py::none(), threads, [&](const progress_listener& listener, thread_pool& pool) {
+        working_layers<> copy = layers.layers;
         network.inpaint(copy, listener, pool);
         return copy;
     });
-    const auto& colors = filled.column<color_column>();
+    const auto colors = filled.column<color_column>();
     return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(filled.size()), py::ssize_t{3}}, colors.data());
 }
 

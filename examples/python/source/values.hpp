@@ -29,20 +29,20 @@ struct depth_value : cleaned_photo {};
 struct silhouettes_value {
     std::shared_ptr<depth_value> depth;
     float focal_length_35mm = 0;
+    photo_facts facts;
     buffer<discontinuity_curve> curves;
-    image<std::uint8_t> matte;
-    uncertain_rims rims;
+    buffer<uncertain_rim> rims;
 };
 
 /// ldi.Layer
 struct layer_value {
-    photo_layer layers;
+    decltype(lifted_photo<>::layer) layers;
     std::shared_ptr<silhouettes_value> silhouettes;
 };
 
 /// ldi.Layers
 struct layers_value {
-    photo_layers layers;
+    working_layers<> layers;
     std::shared_ptr<silhouettes_value> silhouettes;  ///< null for layers that a Python inpainter is called with
     float motion = 0;
     geometry_id geometry = 0;
@@ -83,19 +83,24 @@ inline const silhouettes_value& silhouettes_of(const layers_value& layers) {
     return *layers.silhouettes;
 }
 
+/// Camera and range of layers. Raises mismatch for layers that an inpainter was called with.
+inline const photo_facts& facts_of(const layers_value& layers) { return silhouettes_of(layers).facts; }
+inline const photo_facts& facts_of(const layer_value& layer) { return layer.silhouettes->facts; }
+
 /// Splits a finished 3D photo into the parts that Python sees.
 inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     depth_value depth;
     depth.photo = std::move(made.photo), depth.estimated = std::move(made.estimated);
-    depth.disparity = std::move(made.disparity), depth.range = made.layers.range;
+    depth.disparity = std::move(made.disparity), depth.range = made.facts.range;
     silhouettes_value silhouettes{std::make_shared<depth_value>(std::move(depth)),
                                   options.focal_length_35mm,
+                                  made.facts,
                                   std::move(made.curves),
-                                  std::move(made.matte),
                                   {}};
     const geometry_id id = new_geometry_id();
     return {std::make_shared<layers_value>(layers_value{
-                std::move(made.layers), std::make_shared<silhouettes_value>(std::move(silhouettes)), options.expand.motion, id}),
+                working_layers<>(std::move(made.layers)), std::make_shared<silhouettes_value>(std::move(silhouettes)),
+                options.expand.motion, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

@@ -23,7 +23,7 @@ constexpr std::uint8_t label_known = 0, label_absent = 2;
 bool read(void* values, std::size_t size) { return std::fread(values, 1, size, stdin) == size; }
 
 /// A layered image of one layer, without the pixels that do not exist.
-ldi::photo_layers existing(const ldi::buffer<std::uint8_t>& color, const ldi::buffer<std::uint8_t>& labels, std::int32_t width,
+ldi::photo_layers existing(ldi::array_view<const std::uint8_t> color, const ldi::buffer<std::uint8_t>& labels, std::int32_t width,
                            std::int32_t height) {
     ldi::photo_layers layers(ldi::make_grid(width, height));
     layers.column<ldi::color_column>() = color;
@@ -47,8 +47,8 @@ void serve(const ldi::farbrausch& network) {
         network.inpaint(layers, {}, threads);
         ldi::add_texture(layers);
         for (std::size_t i = 0; i < layers.size(); ++i) {
-            const std::size_t at = static_cast<std::size_t>(layers.topology.y[i]) * static_cast<std::size_t>(size[1]) +
-                                   static_cast<std::size_t>(layers.topology.x[i]);
+            const std::size_t at = static_cast<std::size_t>(layers.topology().y()[i]) * static_cast<std::size_t>(size[1]) +
+                                   static_cast<std::size_t>(layers.topology().x()[i]);
             for (std::size_t c = 0; c < 3; ++c) filled[3 * at + c] = layers.column<ldi::color_column>()[3 * i + c];
         }
         if (std::fwrite(filled.data(), 1, filled.size(), stdout) != filled.size())

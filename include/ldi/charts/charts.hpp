@@ -12,6 +12,7 @@
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/error.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,7 @@ struct chart_set {
 };
 
 /// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
-/// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
+/// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
@@ -56,20 +57,20 @@ namespace detail {
 /// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
 /// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
 /// everywhere.
-inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
+inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
     for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::int32_t x = g.x[i], y = g.y[i];
+        const std::int32_t x = g.x()[i], y = g.y()[i];
         std::uint8_t& here = row_of(y)[x];
         here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
-        const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
-                          (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if one of them is no_pixel
+        const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
+                          (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
-        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width - 1);
-        const std::int32_t last = std::min<std::int32_t>(y + range, g.height - 1);
+        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width() - 1);
+        const std::int32_t last = std::min<std::int32_t>(y + range, g.height() - 1);
         for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
             for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
     }
@@ -83,18 +84,18 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, const buffer<float>& disparity, surface_rule surface, const chart_options& options)
+    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
           threshold_(surface.largest_step),
-          cap_x_(even_share(g.width, options.max_side)),
-          cap_y_(even_share(g.height, options.max_side)),
+          cap_x_(even_share(g.width(), options.max_side)),
+          cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
           occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(options.filter_range)),
-          cell_columns_((g.width >> cell_shift_) + 1),
-          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height >> cell_shift_) + 1))) {
+          cell_columns_((g.width() >> cell_shift_) + 1),
+          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
         result_.chart_of.assign(g.size(), -1);
     }
 
@@ -142,15 +143,15 @@ private:
 
     void grow(std::int32_t seed) {
         current_ = result_.charts.count();
-        left_ = right_ = graph_.x[seed], top_ = bottom_ = graph_.y[seed];
+        left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        add_strip(seed, graph_.x[seed], graph_.y[seed]);
+        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
         std::int64_t pixels = 0;
         for (std::size_t next = 0; next < queue_.size(); ++next) {
             const strip r = queue_[next];
             pixels += r.count;
-            grow_from(r, graph_.up, r.y - 1);
-            grow_from(r, graph_.down, r.y + 1);
+            grow_from(r, graph_.up(), r.y - 1);
+            grow_from(r, graph_.down(), r.y + 1);
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
@@ -158,9 +159,9 @@ private:
         result_.charts.push_back(std::move(grown));
     }
 
-    void grow_from(const strip& r, const buffer<std::int32_t>& links, std::int32_t y) {
+    void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
+        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
             const std::int32_t beyond = links[pixel];
             if (may_join(beyond, x, y)) add_strip(beyond, x, y);
         }
@@ -171,12 +172,12 @@ private:
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right[last];
+            last = graph_.right()[last];
             if (!may_join(last, x + r.count, y)) break;
             accept(last, x + r.count, y);
         }
         for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left[r.first];
+            const std::int32_t before = graph_.left()[r.first];
             if (!may_join(before, r.x - 1, y)) break;
             accept(before, r.x - 1, y);
             r.first = before;
@@ -219,8 +220,8 @@ private:
         std::int32_t left, right, top, bottom;
     };
     window around(std::int32_t x, std::int32_t y) const {
-        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width - 1),
-                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height - 1)};
+        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width() - 1),
+                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height() - 1)};
     }
 
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -244,9 +245,9 @@ private:
     /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
     /// the other way, or where the surface ends before.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
-        const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
-        const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
-        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps, const buffer<std::int32_t>& second,
+        array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
+        array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
+        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps, array_view<const std::int32_t> second,
                               std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
@@ -264,8 +265,8 @@ private:
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
 
-    const graph& graph_;
-    const buffer<float>& disparity_;
+    graph_view graph_;
+    array_view<const float> disparity_;
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
@@ -281,14 +282,14 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises error_code::invalid_option if an option is outside its range.
 /// Linear time; up to 18 bytes per pixel, and 120 per chart.
 template <has_columns<disparity_column> Layers>
-chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
+chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology, layers.template column<disparity_column>(), layers.surface, options).grow_all();
+    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
 }
 
 }  // namespace ldi

@@ -4,10 +4,15 @@
 
 #include <ldi/base/buffer.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/core/graph_builder.hpp>
+#include <ldi/core/validate.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -15,21 +20,21 @@ namespace ldi::inline LDI_CONFIGURATION {
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
 ///            order does.
-inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
-    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
+    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (g.left[i] == no_pixel) ++first_run[g.y[i] + 1];
+        if (g.left()[i] == no_pixel) ++first_run[g.y()[i] + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
     buffer<std::int32_t> starts(first_run.back());
     buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = i;
+        if (g.left()[i] == no_pixel) starts[next[g.y()[i]]++] = i;
 
     const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        if (g.x[a] != g.x[b]) return g.x[a] < g.x[b];
+        if (g.x()[a] != g.x()[b]) return g.x()[a] < g.x()[b];
         if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
         return a < b;
     };
@@ -39,7 +44,7 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
         const auto first = starts.begin() + first_run[y], last = starts.begin() + first_run[y + 1];
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
-            for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
+            for (std::int32_t i = *start; i != no_pixel; i = g.right()[i]) order.push_back(i);
     }
     return order;
 }
@@ -55,23 +60,31 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 }
 
 /// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
-inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
+inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
     for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
-    graph result;
-    result.width = g.width, result.height = g.height;
-    result.x = reordered(g.x, order), result.y = reordered(g.y, order);
+    graph_builder result(g.width(), g.height(), g.size(), unset);
+    const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
+        for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
+    };
+    write(result.write_x(), g.x()), write(result.write_y(), g.y());
     for (side s : all_sides) {
-        const buffer<std::int32_t>& from = g.neighbors(s);
-        buffer<std::int32_t>& to = result.neighbors(s);
-        to.resize(order.size());
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            const std::int32_t neighbor = from[order[i]];
-            to[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
-        }
+        const array_view<std::int32_t> to = result.write_neighbors(s);
+        write(to, g.neighbors(s));
+        for (std::int32_t& neighbor : to)
+            if (neighbor != no_pixel) neighbor = new_index[neighbor];
     }
-    return result;
+    return std::move(result).build();
+}
+
+/// validate(), and that pixels are in canonical order. `disparity` as in canonical_order().
+inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
+    if (const std::optional<violation> broken = validate(g)) return broken;
+    const buffer<std::int32_t> order = canonical_order(g, disparity);
+    for (std::int32_t i = 0; i < order.count(); ++i)
+        if (order[i] != i) return violation{invariant::canonical_order, i};
+    return std::nullopt;
 }
 
 }  // namespace ldi

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <ldi/base/buffer.hpp>
-#include <ldi/core/graph.hpp>
+#include <ldi/core/graph_builder.hpp>
 #include <ldi/core/runs.hpp>
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// A graph at half resolution and how it hangs together with the one it comes from.
+/// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
     buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
@@ -32,7 +32,7 @@ enum class orphan_rule {
 namespace detail {
 /// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
 /// down, left, right, finds first; no_pixel if none.
-inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
+inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
         for (side s : path)
@@ -40,7 +40,7 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
         return at;
     };
     const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    const bool odd_x = g.x[pixel] % 2 == 1, odd_y = g.y[pixel] % 2 == 1;
+    const bool odd_x = g.x()[pixel] % 2 == 1, odd_y = g.y()[pixel] % 2 == 1;
     if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
     if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
     if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
@@ -48,35 +48,36 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
 }
 
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
-inline std::int32_t first_kept(const graph& g, const pixel_run& run) { return run.first + (g.x[run.first] & 1); }
+inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
-/// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
-inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const pixel_run& run) { return (g.y[run.first] & 1) == 0; };
+/// Sets the kept pixels and their positions, and makes each its own parent.
+inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
-    result.topology.resize(count);
+    graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
     result.parent.assign(g.size(), no_pixel);
     std::size_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
-        const std::int32_t y = g.y[run.first] / 2;
-        std::int32_t x = (g.x[run.first] + 1) / 2;
+        const std::int32_t y = g.y()[run.first] / 2;
+        std::int32_t x = (g.x()[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
-            result.topology.x[n] = x, result.topology.y[n] = y;
+            coarse.write_x()[n] = x, coarse.write_y()[n] = y;
             result.parent[i] = static_cast<std::int32_t>(n);
         }
     }
+    return coarse;
 }
 
 /// Links kept pixels that a straight path of two links joins.
-inline void link_kept_pixels(const graph& g, coarsened& result) {
+inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (side s : all_sides) {
-        const buffer<std::int32_t>& fine = g.neighbors(s);
-        buffer<std::int32_t>& coarse = result.topology.neighbors(s);
+        const array_view<const std::int32_t> fine = g.neighbors(s);
+        const array_view<std::int32_t> coarse = made.write_neighbors(s);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
@@ -86,20 +87,20 @@ inline void link_kept_pixels(const graph& g, coarsened& result) {
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32_t>& parent) {
+inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
     };
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
-    if ((g.y[run.first] & 1) == 0) {
+    if ((g.y()[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
-        std::int32_t corner = g.up[i];
-        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[corner];
+        std::int32_t corner = g.up()[i];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left()[corner];
         parent[i] = corner == no_pixel ? by_corner(i) : parent[corner];
     }
 }
@@ -109,7 +110,7 @@ inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32
 ///
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
 /// as the neighbor's own path does: pixels can be settled in the order of their distance.
-inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
+inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
@@ -151,12 +152,12 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
 /// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
 /// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
+inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
-    result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
     const buffer<pixel_run> runs = runs_of(g);
-    detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result);
+    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
+    detail::link_kept_pixels(g, result, coarse);
+    result.topology = std::move(coarse).build();
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;

@@ -23,7 +23,7 @@ struct components {
 
 /// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
 /// a scanline stand side by side: the sets that are merged are then runs, not pixels.
-inline components connected_components(const graph& g) {
+inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
@@ -37,12 +37,12 @@ inline components connected_components(const graph& g) {
     }
 
     for (std::int32_t run = 0; run < runs.count(); ++run) {
-        const std::int32_t left = g.left[runs[run].first];
+        const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
-            const std::int32_t above = g.up[i];
+            const std::int32_t above = g.up()[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
             const std::int32_t run_above = run_of[above];
             sets.merge(run, run_above);

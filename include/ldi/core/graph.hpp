@@ -1,8 +1,9 @@
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one of
-// its rows.
+// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
+// one of its rows. A graph never changes; core/graph_builder.hpp makes new ones.
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
 #include <ldi/base/error.hpp>
@@ -36,88 +37,105 @@ constexpr side opposite(side s) {
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
-/// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the other sides.
-///
-/// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
-struct graph {
-    std::int32_t width = 0, height = 0;          ///< of the lattice
-    buffer<std::int32_t> x, y;                   ///< position, K each
-    buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
+class graph_builder;
 
-    std::size_t size() const { return x.size(); }
-    /// K as a pixel's index.
-    std::int32_t count() const { return x.count(); }
+namespace detail {
 
-    /// Positions on the lattice, W x H of them, and which of these (x, y) is, row by row.
-    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width} * height); }
-    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
-        return static_cast<std::size_t>(std::int64_t{at_y} * width + at_x);
-    }
-    std::size_t position_of(std::int32_t pixel) const { return position(x[pixel], y[pixel]); }
+/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+template <class Column>
+class index_columns {
+public:
+    using index_view = array_view<const std::int32_t>;
 
-    buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
-    const buffer<std::int32_t>& neighbors(side s) const {
-        switch (s) {
-            case side::up: return up;
-            case side::down: return down;
-            case side::left: return left;
-            case side::right: break;
-        }
-        return right;
-    }
+    /// Size of the lattice.
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+
+    /// The number of pixels K.
+    std::size_t size() const { return x_.size(); }
+    /// K as an index.
+    std::int32_t count() const { return x_.count(); }
+
+    /// Positions of the pixels, K each.
+    index_view x() const { return x_; }
+    index_view y() const { return y_; }
+
+    /// Index of each pixel's neighbor on side `s`, or no_pixel; K of them.
+    index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view up() const { return neighbors(side::up); }
+    index_view down() const { return neighbors(side::down); }
+    index_view left() const { return neighbors(side::left); }
+    index_view right() const { return neighbors(side::right); }
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
-    /// Makes room for K pixels; new ones are unset.
-    void resize(std::size_t count) {
-        for (buffer<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+    /// The number of lattice positions, W x H.
+    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
+    /// Row-major index of a lattice position.
+    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
+        return static_cast<std::size_t>(std::int64_t{at_y} * width_ + at_x);
+    }
+    std::size_t position_of(std::int32_t pixel) const { return position(x_[pixel], y_[pixel]); }
+
+protected:
+    index_columns() = default;
+    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        LDI_ASSERT(width >= 0 && height >= 0);
     }
 
-    /// Appends an unlinked pixel and returns its index.
-    std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
-        x.push_back(pixel_x), y.push_back(pixel_y);
-        for (side s : all_sides) neighbors(s).push_back(no_pixel);
-        return count() - 1;
-    }
+    Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
-    void link(std::int32_t a, side s, std::int32_t b) {
-        std::int32_t& there = neighbors(s)[a];
-        std::int32_t& back = neighbors(opposite(s))[b];
-        LDI_ASSERT(there == no_pixel && back == no_pixel);
-        there = b, back = a;
-    }
+    std::int32_t width_ = 0, height_ = 0;
+    Column x_, y_, neighbors_[4];
+};
 
-    /// Removes the link of `a` on side `s`, if there is one.
-    void unlink(std::int32_t a, side s) {
-        std::int32_t& there = neighbors(s)[a];
-        if (there == no_pixel) return;
-        neighbors(opposite(s))[there] = no_pixel;
-        there = no_pixel;
+}  // namespace detail
+
+/// Index columns that somebody else owns. Every function that reads a topology accepts one; a `graph` converts to it.
+///
+/// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
+class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
+public:
+    graph_view() = default;
+    /// Raises mismatch unless all columns have the same length.
+    ///
+    /// x, y                   K positions on a lattice of width x height
+    /// up, down, left, right  K neighbors each, an index below K or no_pixel
+    graph_view(std::int32_t width, std::int32_t height, index_view x, index_view y, index_view up, index_view down,
+               index_view left, index_view right)
+        : index_columns(width, height) {
+        x_ = x, y_ = y;
+        column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
+        for (const index_view& column : {y, up, down, left, right})
+            if (column.size() != x.size())
+                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
+                      std::to_string(column.size()));
     }
 };
 
-/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
-/// 2^31 pixels or more.
-inline graph make_grid(std::int32_t width, std::int32_t height) {
-    LDI_ASSERT(width >= 0 && height >= 0);
-    graph g;
-    g.width = width, g.height = height;
-    if (g.position_count() > 0x7FFFFFFF)
-        raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
-              std::to_string(width) + " x " + std::to_string(height));
-    g.resize(g.position_count());
-    std::int32_t i = 0;
-    for (std::int32_t y = 0; y < height; ++y)
-        for (std::int32_t x = 0; x < width; ++x, ++i) {
-            g.x[i] = x, g.y[i] = y;
-            g.up[i] = y > 0 ? i - width : no_pixel;
-            g.down[i] = y + 1 < height ? i + width : no_pixel;
-            g.left[i] = x > 0 ? i - 1 : no_pixel;
-            g.right[i] = x + 1 < width ? i + 1 : no_pixel;
-        }
-    return g;
+/// Owns its index columns and never changes. Invariants: all columns have the same length; 0 <= x < width, 0 <= y < height;
+/// links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the
+/// other sides.
+///
+/// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
+class graph : public detail::index_columns<buffer<std::int32_t>> {
+public:
+    /// A graph without pixels.
+    graph() = default;
+
+    operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+
+private:
+    friend graph_builder;
+    explicit graph(index_columns&& columns) : index_columns(std::move(columns)) {}
+};
+
+/// Whether two graphs have the same lattice and equal index columns.
+inline bool operator==(const graph_view& a, const graph_view& b) {
+    if (a.width() != b.width() || a.height() != b.height() || !(a.x() == b.x()) || !(a.y() == b.y())) return false;
+    for (const side s : all_sides)
+        if (!(a.neighbors(s) == b.neighbors(s))) return false;
+    return true;
 }
 
 }  // namespace ldi

@@ -1,214 +1,383 @@
-// A layered depth image: a graph and payload columns of the same length. The payload is the user's choice: each column is named
-// by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
+// A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
+//
+//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_view<Columns...>    shows a graph and columns that somebody else owns
+//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
 #pragma once
 
+#include <ldi/base/array_view.hpp>
 #include <ldi/base/buffer.hpp>
 #include <ldi/base/config.hpp>
-#include <ldi/core/camera.hpp>
+#include <ldi/base/error.hpp>
 #include <ldi/core/canonical_order.hpp>
+#include <ldi/core/columns.hpp>
 #include <ldi/core/graph.hpp>
-#include <ldi/core/surface.hpp>
+#include <ldi/core/graph_builder.hpp>
+#include <ldi/core/validate.hpp>
 
-#include <concepts>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
-///
-///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
-///
-/// Otherwise a new pixel gets a copy from the pixel of the photo whose surface it continues.
-template <class T>
-concept payload_column = requires {
-    typename T::scalar;
-    { T::channels } -> std::convertible_to<std::size_t>;
+/// What edit_links() lets its argument change: the links between pixels, not the pixels.
+class link_editor {
+public:
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
+    /// As graph_builder::link() and unlink().
+    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
+    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
+
+private:
+    graph_builder& graph_;
 };
 
-/// The value that pixels added by expand() get in a column.
-enum class new_pixels {
-    copy,  ///< that of the pixel of the photo that they grew from
-    zero,
+/// Successive pixels of a layered image that grow() makes.
+struct grown_piece {
+    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t count;
+    bool is_new;
 };
 
-/// The rule that a column gives for new pixels, or the default.
-template <payload_column Column>
-constexpr new_pixels at_new_pixels() {
-    if constexpr (requires { Column::at_new_pixels; })
-        return Column::at_new_pixels;
-    else
-        return new_pixels::copy;
+/// What the argument of grow() returns.
+struct grown_pixels {
+    graph topology;                ///< of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+};
+
+namespace detail {
+
+/// Reads the scalars of one pixel.
+template <class Column, class Scalar>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
+                                               Column::channels);
 }
 
-/// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
-struct color_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 3;
-    static constexpr new_pixels at_new_pixels = new_pixels::zero;  // until it is inpainted
-};
+[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
+    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
+}
 
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
-struct disparity_column {
-    using scalar = float;
-    static constexpr std::size_t channels = 1;
-};
+}  // namespace detail
 
-/// 1 where the photo gives the color, 0 where it must be inpainted.
-struct known_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 1;
-    static constexpr new_pixels at_new_pixels = new_pixels::zero;
-};
-
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major.
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
+/// times: pixels are added, removed and moved only by members that take all columns along.
 ///
 ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-///     layered_image<disparity_column, normal> surfaces;
+///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
 ///     surfaces.column<normal>()[3 * i + 2]
 template <payload_column... Columns>
 class layered_image {
 public:
-    graph topology;
-    surface_rule surface;   ///< which of its pixels are one surface
-    pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< the distances that its disparities stand for
-    /// How far the camera may go (render/motion.hpp) before it sees past where hidden surfaces end; 0 where there are none.
-    float motion = 0.0F;
-
     /// Whether there is such a column.
     template <class Column>
     static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
 
     layered_image() = default;
-    /// Columns are set to zero.
-    explicit layered_image(graph g) : topology(std::move(g)) { resize_columns(topology.size()); }
+    /// Columns are zero.
+    explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    layered_image(graph g, buffer<typename Columns::scalar>... columns)
+        requires(sizeof...(Columns) > 0)
+        : graph_(std::move(g)) {
+        (set_column<Columns>(std::move(columns)), ...);
+    }
+    /// Takes the graph and the columns that both have; other columns are zero.
+    template <payload_column... Others>
+        requires(!std::is_same_v<layered_image<Others...>, layered_image>)
+    explicit layered_image(layered_image<Others...>&& other) : graph_(std::move(other.graph_)) {
+        const auto take = [&]<class Column>(const Column&) {
+            if constexpr (layered_image<Others...>::template has<Column>)
+                values<Column>() = std::move(other.template values<Column>());
+            else
+                zero_column<Column>();
+        };
+        (take(Columns{}), ...);
+        other = {};
+    }
+    layered_image(const layered_image&) = default;
+    layered_image& operator=(const layered_image&) = default;
+    /// The moved-from image is empty.
+    layered_image(layered_image&& other) noexcept
+        : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
+    layered_image& operator=(layered_image&& other) noexcept {
+        graph_ = std::exchange(other.graph_, {}), columns_ = std::exchange(other.columns_, {});
+        return *this;
+    }
 
-    std::size_t size() const { return topology.size(); }
+    const graph& topology() const { return graph_; }
+    /// The number of pixels K.
+    std::size_t size() const { return graph_.size(); }
 
+    /// K x channels scalars.
     template <payload_column Column>
-    buffer<typename Column::scalar>& column() {
-        return std::get<storage<Column>>(columns_).values;
+    array_view<typename Column::scalar> column() {
+        return values<Column>();
     }
     template <payload_column Column>
-    const buffer<typename Column::scalar>& column() const {
+    array_view<const typename Column::scalar> column() const {
         return std::get<storage<Column>>(columns_).values;
     }
 
     /// The scalars of one pixel.
     template <payload_column Column>
     std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return std::span<typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
-                                                                    Column::channels);
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
     template <payload_column Column>
     std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return std::span<const typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
-                                                                          Column::channels);
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
     }
 
-    /// Makes every column as long as the graph; new rows are zero.
-    void resize_columns(std::size_t count) { (column<Columns>().resize(count * Columns::channels), ...); }
+    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        if (scalars.size() != size() * Column::channels)
+            detail::refuse_column_length(size() * Column::channels, scalars.size());
+        values<Column>() = std::move(scalars);
+    }
 
-    /// Moves pixel `order[i]` to index i, in the graph and in every column.
+    /// Calls edit(link_editor&), which may link and unlink pixels.
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        struct restorer {  // puts the graph back even if `edit` throws
+            graph& to;
+            graph_builder builder;
+            ~restorer() { to = std::move(builder).build(); }
+        } r{graph_, graph_builder(std::move(graph_))};
+        link_editor editor(r.builder);
+        edit(editor);
+    }
+
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
     void reorder(std::span<const std::int32_t> order) {
-        topology = reordered(topology, order);
-        ((column<Columns>() = reordered(column<Columns>(), order, Columns::channels)), ...);
+        graph_ = reordered(graph_, order);
+        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
     }
 
-    /// Cuts off the pixels whose place in `kept` is 0, with their links and rows; the others stay in their order.
+    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
     ///
     /// kept  K, one per pixel
     void keep(std::span<const std::uint8_t> kept) {
         LDI_ASSERT(kept.size() == size());
-        buffer<std::int32_t> order;
-        std::size_t count = 0;
-        for (const bool stays : {true, false}) {
-            for (std::int32_t i = 0; i < topology.count(); ++i)
-                if ((kept.data()[i] != 0) == stays) order.push_back(i);
-            if (stays) count = order.size();
+        buffer<std::int32_t> old_index, new_index(size(), no_pixel);
+        for (std::int32_t i = 0; i < graph_.count(); ++i)
+            if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
+        graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
+        for (std::size_t i = 0; i < old_index.size(); ++i) {
+            const std::int32_t old = old_index[i];
+            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
+            for (const side s : all_sides) {
+                const std::int32_t neighbor = graph_.neighbor(old, s);
+                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
+            }
         }
-        for (std::size_t n = count; n < order.size(); ++n)
-            for (const side s : all_sides) topology.unlink(order[n], s);
-        reorder(order);
-        topology.resize(count);
-        resize_columns(count);
+        graph_ = std::move(b).build();
+        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
     }
 
-    /// Takes all that another image has, whose columns are some of this one's. The others stay empty.
-    template <payload_column... Others>
-    void take(layered_image<Others...>&& other) {
-        topology = std::move(other.topology);
-        surface = other.surface, camera = other.camera, range = other.range, motion = other.motion;
-        ((column<Others>() = std::move(other.template column<Others>())), ...);
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
+    /// from the pixels that they continue, by the rules of the columns. If `make` throws, the image is empty.
+    template <class Make>
+    void grow(Make&& make) {
+        struct cleaner {
+            layered_image* image;
+            ~cleaner() {
+                if (image != nullptr) *image = layered_image();
+            }
+        } unless_grown{this};
+        const std::size_t old_count = size();
+        grown_pixels grown = make(graph_builder(std::move(graph_)));
+        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
+        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
+        graph_ = std::move(grown.topology);
+        unless_grown.image = nullptr;
     }
 
 private:
-    template <class Column>
-    static std::size_t first_scalar(std::int32_t pixel) {
-        return static_cast<std::size_t>(pixel) * Column::channels;
-    }
+    template <payload_column...>
+    friend class layered_image;
 
     template <class Column>
     struct storage {
         buffer<typename Column::scalar> values;
     };
+
+    template <class Column>
+    buffer<typename Column::scalar>& values() {
+        return std::get<storage<Column>>(columns_).values;
+    }
+    template <class Column>
+    void zero_column() {
+        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
+    }
+
+    template <class Column>
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
+        typename Column::scalar* to = result.data();
+        for (const grown_piece& p : grown.pieces) {
+            if (!p.is_new) {
+                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
+                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
+                continue;
+            }
+            for (std::int32_t i = p.first; i < p.first + p.count; ++i)
+                for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
+                    *to++ = detail::new_pixel_value<Column>(value);
+        }
+        LDI_ASSERT(to == result.end());
+        return result;
+    }
+
+    graph graph_;
     std::tuple<storage<Columns>...> columns_;
 };
 
-/// A layered image that has this column.
+/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
 template <class Layers, class Column>
 concept has_column = requires {
     requires std::remove_cvref_t<Layers>::template has<Column>;
 };
 
-/// A layered image that has these columns, and maybe more.
+/// A type with all of the given columns, and maybe more.
 template <class Layers, class... Columns>
 concept has_columns = (has_column<Layers, Columns> && ...);
 
-/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces
-/// behind.
+/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
 template <payload_column... Columns>
-class single_layer : public layered_image<Columns...> {
+class layered_view {
 public:
-    using layered_image<Columns...>::layered_image;
-    explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
-        const graph& g = this->topology;
-        LDI_ASSERT(g.size() == g.position_count());
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(g.size() * Columns::channels, columns.size()), ...);
     }
+    template <has_columns<Columns...> Layers>
+    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+namespace detail {
+struct expansion_access;
+}
+
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not. expand()
+/// turns it into a layered image.
+template <payload_column... Columns>
+class single_layer {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    single_layer() = default;
+    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
+        const graph& g = topology();
+        bool in_order = g.size() == g.position_count();
+        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
+        if (!in_order)
+            raise(error_code::mismatch, "single_layer",
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+    }
+
+    const graph& topology() const { return layers_.topology(); }
+    std::size_t size() const { return layers_.size(); }
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        layers_.template set_column<Column>(std::move(scalars));
+    }
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        layers_.edit_links(edit);
+    }
+
+    /// The same layer with one more column.
+    ///
+    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    ///
+    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    template <payload_column Column>
+    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
+        static_assert(!has<Column>);
+        single_layer<Columns..., Column> result;
+        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
+        result.template set_column<Column>(std::move(scalars));
+        return result;
+    }
+
+private:
+    template <payload_column...>
+    friend class single_layer;
+    friend detail::expansion_access;
+
+    layered_image<Columns...> layers_;
 };
 
 /// The layered image that a photo becomes, and the layer that it starts from.
-using photo_layers = layered_image<color_column, disparity_column, known_column>;
-using photo_layer = single_layer<color_column, disparity_column, known_column>;
+using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
+using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
 
-namespace detail {
-template <class Layers, class Column>
-struct with_column;
-template <template <class...> class Layers, class... Columns, class Column>
-struct with_column<Layers<Columns...>, Column> {
-    using type = Layers<Columns..., Column>;
-};
-}  // namespace detail
-
-/// The same layers with one more column.
-///
-/// values  K x channels, row-major, in the order of the pixels
-///
-///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-///     auto layer = ldi::add_column<normal>(ldi::lift(photo, disparity), normals);   // stays with its pixels, up to the mesh
-template <payload_column Column, class Layers>
-auto add_column(Layers layers, std::span<const typename Column::scalar> values) {
-    static_assert(!Layers::template has<Column>);
-    LDI_ASSERT(values.size() == layers.size() * Column::channels);
-    typename detail::with_column<Layers, Column>::type more;
-    more.take(std::move(layers));
-    more.template column<Column>().assign(values.begin(), values.end());
-    return more;
+/// validate() of the topology, and that disparities lie in [0, 1].
+template <has_column<disparity_column> Layers>
+std::optional<violation> validate(const Layers& layers) {
+    if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < disparity.count(); ++i)
+        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
+    return std::nullopt;
 }
 
 }  // namespace ldi

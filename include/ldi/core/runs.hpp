@@ -18,17 +18,17 @@ struct pixel_run {
 
 /// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
 template <class Visit>
-void for_each_run(const graph& g, Visit&& visit) {
+void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
-        while (last < count && g.right[last - 1] == last) ++last;
+        while (last < count && g.right()[last - 1] == last) ++last;
         visit(pixel_run{first, last});
     }
 }
 
 /// The runs of for_each_run().
-inline buffer<pixel_run> runs_of(const graph& g) {
+inline buffer<pixel_run> runs_of(const graph_view& g) {
     buffer<pixel_run> runs;
     for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
     return runs;

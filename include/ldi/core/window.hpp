@@ -32,7 +32,7 @@ struct reached_element {
 /// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
 /// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
-inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
+inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);

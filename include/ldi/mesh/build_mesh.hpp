@@ -8,7 +8,9 @@
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
 #include <ldi/charts/charts.hpp>
+#include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/photo_facts.hpp>
 #include <ldi/mesh/flat_mesh.hpp>
 #include <ldi/mesh/soft_edges.hpp>
 #include <ldi/mesh/textured_mesh.hpp>
@@ -19,6 +21,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -29,7 +32,7 @@ namespace detail {
 /// Finds the pixel of a chart at a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph& g, const buffer<float>& disparity)
+    pixel_finder(const graph_view& g, array_view<const float> disparity)
         : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
@@ -42,8 +45,8 @@ public:
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
-        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height - 1); ++v)
-            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width - 1); ++u) {
+        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
+            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
                 const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
                 if (of_chart != chart_) continue;
                 const float difference = std::abs(disparity_[pixel] - disparity);
@@ -57,23 +60,23 @@ private:
         std::int32_t chart, pixel;
     };
 
-    const graph& graph_;
-    const buffer<float>& disparity_;
+    graph_view graph_;
+    array_view<const float> disparity_;
     std::int32_t chart_ = -1;
     buffer<occupant> shown_;
 };
 
 /// Lifts the vertices of charts and strings the charts together to one mesh.
-template <class Layers>
 class mesh_assembler {
 public:
-    mesh_assembler(const Layers& layers, const flat_mesh& flat, const texture_atlas& atlas)
-        : layers_(layers),
+    template <class Layers>
+    mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+        : facts_(facts),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
           first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology, layers.template column<disparity_column>()) {
+          finder_(layers.topology(), layers.template column<disparity_column>()) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -104,14 +107,14 @@ public:
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
     }
 
-    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_silhouettes& seen,
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
         // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, layers_.surface, layers_.camera, layers_.range, options);
+        soft_edge_builder builder(flat_, seen, facts_.surface, facts_.camera, facts_.range, options);
         builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -127,10 +130,10 @@ public:
 private:
     void add_position(const outline_corner& corner) {
         // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
-        const float least = 0.9F * layers_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(layers_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
+        const float least = 0.9F * facts_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            facts_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -145,7 +148,7 @@ private:
         }
     }
 
-    const Layers& layers_;
+    const photo_facts& facts_;
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
@@ -153,28 +156,46 @@ private:
     textured_mesh mesh_;
 };
 
+/// The nearest surfaces, as the photo's camera sees them.
+template <has_columns<disparity_column, matte_column> Layers>
+visible_surfaces find_visible(const Layers& layers) {
+    const auto& g = layers.topology();
+    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
+    visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), -std::numeric_limits<float>::infinity());
+    const auto disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::size_t position = g.position_of(i);
+        if (disparity[i] <= seen.disparity.data()[position]) continue;
+        seen.disparity.data()[position] = disparity[i];
+        seen.matte.data()[position] = layers.template column<matte_column>()[i];
+    }
+    return seen;
+}
+
 }  // namespace detail
 
-/// Makes the mesh of a layered image, as its camera sees it over its range of distances.
+/// Makes the mesh of a layered image, as the photo's camera sees it over its range of distances.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest
+/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest. Edges along
+///         silhouettes are soft if there is a matte column
+/// facts   camera, range and surface rule are read
 /// charts  a partition of the pixels (make_charts)
 /// atlas   of these charts
-/// seen    for soft edges; without them the mesh's are hard
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them. Time is linear but for sorting, simplification and the edges that one
 /// scanline crosses; 30 bytes per pixel, and up to 100 where pixels are surfaces of their own.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const visible_silhouettes& seen, const mesh_options& options, Executor&& threads = {}) {
-    const graph& g = layers.topology;
-    const pinhole_camera& camera = layers.camera;
+textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
+    const auto& g = layers.topology();
+    const pinhole_camera& camera = facts.camera;
     const buffer<chart_placement>& placements = atlas.placements;
-    if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
+    if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
-              "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
+              "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     const soft_edge_options& soft = options.soft_edges;
@@ -183,25 +204,13 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
               "widths from 0 to 64, the least not above the most, a share of 0 or more",
               detail::to_text(soft.least_width) + ", " + detail::to_text(soft.most_width) + " and " +
                   detail::to_text(soft.largest_share));
-    const bool is_soft = soft.least_width > 0 && !seen.matte.empty();
-    const auto has_size_of_photo = [&](const auto& picture) {
-        return picture.height() == static_cast<std::size_t>(g.height) && picture.width() == static_cast<std::size_t>(g.width);
-    };
-    if (is_soft && !(has_size_of_photo(seen.matte) && has_size_of_photo(seen.disparity)))
-        raise(error_code::mismatch, "build_mesh", "a matte and disparities of the photo's size", "others");
-    const flat_mesh flat = build_flat_mesh(layers, charts, options, threads);
+    const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, flat, atlas);
+    detail::mesh_assembler assembler(layers, facts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
-    if (is_soft) assembler.add_soft_edges(charts, atlas, seen, soft);
+    if constexpr (has_column<Layers, matte_column>)
+        if (soft.least_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
-}
-
-/// The same with hard edges.
-template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const mesh_options& options = {}, Executor&& threads = {}) {
-    return build_mesh(layers, charts, atlas, visible_silhouettes(), options, threads);
 }
 
 }  // namespace ldi

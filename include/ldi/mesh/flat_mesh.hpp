@@ -62,7 +62,7 @@ struct flat_mesh {
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options = {},
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options = {},
                           Executor&& threads = {});
 
 namespace detail {
@@ -253,15 +253,15 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers, executor Executor>
-flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options, Executor&& threads) {
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options, Executor&& threads) {
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology, layers.template column<disparity_column>(), charts);
-    flat.studs = make_studs(layers, charts, flat.outlines, options.studs);
+    flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
+    flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
-    simplified_boundary boundary(flat.outlines, options.outlines, layers.range);
+    simplified_boundary boundary(flat.outlines, options.outlines, range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
     flat.first_open_corner.push_back(0);
     for (std::int32_t p = 0; p < flat.outlines.pieces.count(); ++p) {

@@ -59,14 +59,14 @@ struct chart_outlines {
 /// g          in canonical order (raises mismatch if not)
 /// disparity  K values
 /// charts     a partition of the pixels; no two pixels of a chart lie at one position
-chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
 /// Finds the pieces one by one, from either side, then strings them together to loops.
 class outline_tracer {
 public:
-    outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
+    outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
         : g_(g), disparity_(disparity.data()), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
@@ -139,10 +139,10 @@ private:
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];
-        const bool on_border = e.side == 0   ? g_.y[e.pixel] == 0
-                               : e.side == 1 ? g_.x[e.pixel] == g_.width - 1
-                               : e.side == 2 ? g_.y[e.pixel] == g_.height - 1
-                                             : g_.x[e.pixel] == 0;
+        const bool on_border = e.side == 0   ? g_.y()[e.pixel] == 0
+                               : e.side == 1 ? g_.x()[e.pixel] == g_.width() - 1
+                               : e.side == 2 ? g_.y()[e.pixel] == g_.height() - 1
+                                             : g_.x()[e.pixel] == 0;
         return on_border ? -2 - e.side : no_chart;
     }
 
@@ -258,7 +258,7 @@ private:
         junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, at});
     }
 
-    const graph& g_;
+    graph_view g_;
     const float* disparity_;
     const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
@@ -270,7 +270,7 @@ private:
 
 }  // namespace detail
 
-inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
     LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);

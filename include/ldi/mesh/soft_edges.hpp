@@ -23,18 +23,18 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What is in sight from the photo's camera beside silhouettes. Empty: edges are hard.
-struct visible_silhouettes {
-    image_view<const float> disparity;     ///< H x W x 1, of the nearest surfaces
-    image_view<const std::uint8_t> matte;  ///< H x W x 1, from unmix_colors()
-};
-
 namespace detail {
+
+/// Columns of the pixels in sight from the photo's camera, by their positions.
+struct visible_surfaces {
+    image<float> disparity;     ///< H x W x 1
+    image<std::uint8_t> matte;  ///< H x W x 1
+};
 
 /// Makes the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
-    soft_edge_builder(const flat_mesh& flat, const visible_silhouettes& seen, surface_rule surface, const pinhole_camera& camera,
+    soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
@@ -192,7 +192,7 @@ private:
     }
 
     const flat_mesh& flat_;
-    const visible_silhouettes& seen_;
+    const visible_surfaces& seen_;
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;

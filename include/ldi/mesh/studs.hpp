@@ -62,7 +62,7 @@ struct stud_set {
 /// outlines  of these charts (trace_outlines)
 /// Raises invalid_option.
 template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines,
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {});
 
 namespace detail {
@@ -87,7 +87,7 @@ public:
     buffer<std::uint8_t> present;
     buffer<single> singles;
 
-    stud_sampler(const graph& g, const buffer<float>& disparity, const chart_outlines& outlines, const stud_options& options)
+    stud_sampler(const graph_view& g, array_view<const float> disparity, const chart_outlines& outlines, const stud_options& options)
         : g_(g),
           disparity_(disparity),
           outlines_(outlines),
@@ -115,7 +115,7 @@ public:
             if (row.size() < 2 * options_.clearance) continue;
             const std::int32_t c = all.chart_of[pixel];
             sample_columns(row, all.charts[c], charts[c]);
-            if (rows[c].has_line_at(g_.y[pixel])) sample_row(row, c, charts[c].lines);
+            if (rows[c].has_line_at(g_.y()[pixel])) sample_row(row, c, charts[c].lines);
         }
     }
 
@@ -136,7 +136,7 @@ private:
         const float spacing = nearest_float(options_.spacing);
         for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
             const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
-            if (b != a + reach || g_.y[a] != g_.y[b] || g_.x[b] != g_.x[a] + reach) continue;
+            if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
             shifts_.push_back(range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]));
         }
         if (shifts_.empty()) return options_.spacing;
@@ -148,7 +148,7 @@ private:
     }
 
     void sample_columns(pixel_run row, const chart& box, const columns& target) {
-        const std::int32_t x = g_.x[row.first], y = g_.y[row.first];
+        const std::int32_t x = g_.x()[row.first], y = g_.y()[row.first];
         for (std::int32_t k = target.lines.line_from(x + options_.clearance); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + row.size() - options_.clearance) break;
@@ -167,21 +167,21 @@ private:
         const auto never = [](std::int32_t, std::int32_t) { return false; };
         find_bends_(profile_, options_.disparity_tolerance, clearance, never, [&](std::int32_t i) {
             const std::int32_t pixel = row.first + i;
-            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance);
+            const std::int32_t x = g_.x()[pixel], stud = studs.line_from(x - clearance);
             if (stud < studs.count() && studs.position(stud) <= x + clearance) return;
             if (clearance_.ends_above(pixel)) return;
-            const std::int32_t above = g_.up[pixel];
+            const std::int32_t above = g_.up()[pixel];
             if (!clearance_.is_clear(pixel, 2) || !clearance_.is_clear(above, 0)) return;
             const float d = 0.5F * (between(pixel) + between(above));
-            singles.push_back({c, {x, g_.y[pixel], d}});
+            singles.push_back({c, {x, g_.y()[pixel], d}});
         });
     }
 
     /// Disparity on the left side of a pixel that continues the row of the pixel before it.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
-    const graph& g_;
-    const buffer<float>& disparity_;
+    graph_view g_;
+    array_view<const float> disparity_;
     const chart_outlines& outlines_;
     const buffer<std::uint8_t>& sides_;
     const stud_options& options_;
@@ -275,17 +275,17 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   detail::to_text(options.disparity_tolerance) + ", " + detail::to_text(options.texture_tolerance));
-    detail::stud_sampler sampler(layers.topology, layers.template column<disparity_column>(), outlines, options);
-    sampler.sample(charts, layers.range);
+    detail::stud_sampler sampler(layers.topology(), layers.template column<disparity_column>(), outlines, options);
+    sampler.sample(charts, range);
     stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });
-    detail::stud_placer placer(sampler, options, layers.range);
+    detail::stud_placer placer(sampler, options, range);
     const detail::stud_sampler::single* first = sampler.singles.begin();
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const detail::stud_sampler::single* last = first;

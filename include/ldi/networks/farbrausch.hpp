@@ -98,16 +98,17 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
     LDI_ASSERT(wanted.size() == layers.size());
-    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
-    const buffer<std::uint8_t>&color = layers.template column<color_column>(), &known = layers.template column<known_column>();
+    const array_view<const std::uint8_t> color = layers.template column<color_column>();
+    const array_view<const std::uint8_t> known = layers.template column<known_column>();
     detail::network_input input;
     buffer<float> fill;  // what the last layer's results are added to
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
         detail::smooth_fills fills =
-            detail::smooth_filler(layers.topology, color, known, levels, architecture_.growth, threads).run();
+            detail::smooth_filler(layers.topology(), color, known, levels, architecture_.growth, threads).run();
         input.values = std::move(fills.input);
         fill = std::move(fills.fill);
     }
@@ -166,11 +167,11 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
 void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) -> std::uint8_t { return k == 0 ? 1 : 0; });
     const buffer<float> values = colors(layers, wanted, progress, threads);
-    buffer<std::uint8_t>& color = layers.template column<color_column>();
+    const auto color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)

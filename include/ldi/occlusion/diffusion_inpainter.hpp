@@ -25,7 +25,7 @@ struct diffusion_inpainter {
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         detail::diffuse_unknown<3>(
-            layers.topology, layers.template column<known_column>(), rounds,
+            layers.topology(), layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
             [&] { progress.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion<3>::value_type& color) {

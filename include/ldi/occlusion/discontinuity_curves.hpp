@@ -63,17 +63,20 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
+/// surface  the rule that lift() linked the layer by
+///
 /// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
 /// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+                                                      const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
-    const buffer<float>& disparity = layer.template column<disparity_column>();
+    const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
-    const graph& g = layer.topology;
-    detail::curves::tracer tracer(g.width, g.height, disparity.data(), layer.surface,
+    const auto& g = layer.topology();
+    detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
                                   [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.shortest_length);
     const detail::curves::corner_map& corners = tracer.corners();
@@ -82,7 +85,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
-        return !layer.surface.same_surface(disparity[last.back], farthest);
+        return !surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());

@@ -15,29 +15,40 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct expand_options {
-    /// How far the camera may go (render/motion.hpp), as a share of the photo's longer side: by so much, at most, does what is
-    /// nearest move against what is farthest. Behind a step in disparity that uncovers the step's share of it, and so far
-    /// surfaces grow. 0 to 1. (The paper grows them by 50 pixels, whatever the step and the camera.)
+    /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
+    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
+    /// grows surfaces by 50 pixels, whatever the step and the camera.)
     float motion = 0.08F;
-    /// The most pixels that a surface grows by, whatever the step.
+    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
     int iterations = 4096;
+};
+
+/// A layered image with its hidden surfaces.
+template <payload_column... Columns>
+struct expanded_layers {
+    layered_image<Columns...> layers;
+    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// expand_options::iterations is the tighter limit.
+    float motion = 0.0F;
 };
 
 namespace detail {
 
 class expansion {
 public:
-    expansion(graph& base, const buffer<float>& disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
+    expansion(graph_builder base, array_view<const float> disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
               float motion)
-        : pixels_(base, disparity), surface_(surface), curves_(curves), reach_(base.size(), 0.0F) {
-        const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
+        : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
+        const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
         max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
@@ -71,7 +82,7 @@ public:
     hidden_pixels& pixels() { return pixels_; }
 
     /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
-    int most_iterations() const {
+    int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
         return static_cast<int>(std::ceil(1.5F * farthest));
@@ -192,7 +203,7 @@ private:
     }
 
     // The nearest disparity in front of the part of a curve from which a surface grows as far as one of its ends.
-    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, const buffer<float>& disparity) const {
+    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
             if (distance_to(end, d.back) < reach_[d.back]) nearest = (std::max)(nearest, disparity[d.front]);
@@ -240,12 +251,13 @@ private:
 
 }  // namespace detail
 
-/// layer   as lift() makes it and close_spurious_discontinuities() leaves it
-/// curves  of the same layer
+/// layer    as lift() makes it and close_spurious_discontinuities() leaves it
+/// surface  the rule that lift() linked it by
+/// curves   of the same layer
 ///
-/// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
-/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other
-/// column follows its own rule (new_pixels). New links join pixels of one surface. A surface that can't be linked to another
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
+/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
+/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to another
 /// within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors differ
 /// by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity,
 /// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
@@ -253,27 +265,37 @@ private:
 /// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
 /// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
-                                 const expand_options& options = {}, const progress_listener& progress = {},
-                                 AfterIteration&& after_iteration = nullptr) {
+expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
+                                 std::span<const discontinuity_curve> curves, const expand_options& options = {},
+                                 const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
-    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options.motion);
-    const int last = (std::min)(options.iterations, expansion.most_iterations());
-    for (int i = 0; i < last; ++i) {
-        expansion.run_iteration(i);
-        if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
-            expansion.pixels().show(after_iteration);
-        progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
-    }
+    expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
+    layered_image<Columns...>& layers = result.layers;
+    std::optional<detail::expansion> expansion;
+    buffer<grown_piece> pieces;
+    layers.grow([&](graph_builder base) {
+        const array_view<const float> disparity = layers.template column<disparity_column>();
+        expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
+        const int last = (std::min)(options.iterations, expansion->max_iterations());
+        for (int i = 0; i < last; ++i) {
+            expansion->run_iteration(i);
+            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
+                expansion->pixels().show(after_iteration);
+            progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
+        }
+        const int all = expansion->max_iterations();
+        if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
+        grown_pixels grown = expansion->pixels().merge();
+        pieces = grown.pieces;
+        return grown;
+    });
+    expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
-    layered_image<Columns...> grown = expansion.pixels().merge_into(layer);
-    const int all = expansion.most_iterations();
-    grown.motion = last < all ? options.motion * detail::nearest_float(last) / detail::nearest_float(all) : options.motion;
-    return grown;
+    return result;
 }
 
 }  // namespace ldi

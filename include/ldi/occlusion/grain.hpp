@@ -50,7 +50,7 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
 class grain_meter {
 public:
     /// color, known  the columns of a layered image with this graph
-    grain_meter(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known)
+    grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
     /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
@@ -86,9 +86,9 @@ private:
         return 0.299F * color[0] + 0.587F * color[1] + 0.114F * color[2];
     }
 
-    const graph& graph_;
-    const buffer<std::uint8_t>& color_;
-    const buffer<std::uint8_t>& known_;
+    graph_view graph_;
+    array_view<const std::uint8_t> color_;
+    array_view<const std::uint8_t> known_;
 };
 
 inline void check_option(const char* name, float value, float least, float most) {
@@ -109,11 +109,11 @@ inline void check_options(const grain_options& options) {
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
-    const grain_meter meter(layers.topology, layers.template column<color_column>(), layers.template column<known_column>());
+    const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
     std::uint8_t root = 0;  // of the noise around, relative to the limit
     diffuse_unknown<1>(
-        layers.topology, layers.template column<known_column>(), rounds,
+        layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / grain_meter::of_unit_noise;
             root = rounded_to_byte(255.0F * std::sqrt((std::min)(noise / limit, 1.0F)));
@@ -138,12 +138,12 @@ template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (layers.template column<known_column>()[i] != 0) continue;
-        const float grain = options.strength * around[next++] * detail::grain_at(g.x[i], g.y[i]);
+        const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
     }
 }

@@ -5,34 +5,36 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/core/camera.hpp>
 #include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
+#include <ldi/core/surface.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
 /// Sets the positions and links of the pixels of row y.
-inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph& g) {
-    const std::int32_t stride = g.width, start = y * stride;
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface,
+                      graph_builder& g) {
+    const std::int32_t stride = g.width(), start = y * stride;
     const float* here = disparity.row(y);
     const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
-    const float* below = y + 1 < g.height ? disparity.row(y + 1) : nullptr;
-    for (std::int32_t x = 0; x < stride; ++x) g.x[start + x] = x, g.y[start + x] = y;
+    const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
+    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
     const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
         for (std::int32_t x = 0; x < stride; ++x)
             links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
     };
-    link_vertically(g.up.data() + start, above, -stride);
-    link_vertically(g.down.data() + start, below, stride);
-    std::int32_t* left = g.left.data() + start;
-    std::int32_t* right = g.right.data() + start;
+    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
+    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
+    std::int32_t* left = g.write_neighbors(side::left).data() + start;
+    std::int32_t* right = g.write_neighbors(side::right).data() + start;
     left[0] = no_pixel;
     for (std::int32_t x = 0; x + 1 < stride; ++x) {
         const bool linked = surface.same_surface(here[x], here[x + 1]);
@@ -47,8 +49,9 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
-/// distances go from 1 to 10, unless the caller knows better. Raises error_code::mismatch if the images differ in size or have no
+/// surface    decides which neighbors are linked (photo_facts::surface)
+///
+/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
 /// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
@@ -61,25 +64,19 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    photo_layer layers;
-    layers.surface = surface;
-    graph& g = layers.topology;
-    g.width = static_cast<std::int32_t>(columns), g.height = static_cast<std::int32_t>(rows);
-    layers.camera = {g.width, g.height, focal_length_from_35mm(26.0F, g.width, g.height)};
-    g.resize(rows * columns);
-    buffer<std::uint8_t>& colors = layers.column<color_column>();
-    buffer<float>& disparities = layers.column<disparity_column>();
+    buffer<std::uint8_t> colors;
+    buffer<float> disparities;
     colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
     for (std::size_t y = 0; y < rows; ++y) {
         colors.append(color.row(y), color.row(y) + 3 * columns);
         disparities.append(disparity.row(y), disparity.row(y) + columns);
     }
-    layers.column<known_column>().assign(rows * columns, 1);
-
+    graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
-    return layers;
+    buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
+    return photo_layer(photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace ldi

@@ -8,7 +8,6 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/numbers.hpp>
 #include <ldi/base/printable.hpp>
-#include <ldi/core/image.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/occlusion/detail/local_matte.hpp>
 #include <ldi/occlusion/detail/silhouette_band.hpp>
@@ -42,10 +41,10 @@ namespace detail {
 
 // Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
 // to be refilled from: a thin rod keeps its colors.
-template <payload_column... Columns>
-void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
-    buffer<std::uint8_t>& known = layers.template column<known_column>();
-    const graph& g = layers.topology;
+template <class Layers>
+void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
+    const auto known = layers.template column<known_column>();
+    const auto& g = layers.topology();
     enum class mark : std::uint8_t { none, visited, refillable };
     buffer<mark> marks(known.size());
     // rings[d]: the known pixels d steps away from the edge
@@ -82,22 +81,22 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 }
 
 /// Counts of pixels for a photo of this size.
-inline int scaled_to_photo(int pixels, const graph& g) {
-    const float scale = nearest_float((std::max)(g.width, g.height)) / 1536.0F;
+inline int scaled_to_photo(int pixels, const graph_view& g) {
+    const float scale = nearest_float((std::max)(g.width(), g.height())) / 1536.0F;
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
 /// Pixels that mixed colors are looked for within.
-inline int band_width(float reach, const graph& g) {
-    const float pixels = reach * nearest_float((std::max)(g.width, g.height));
+inline int band_width(float reach, const graph_view& g) {
+    const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
 /// Gives the foreground's mixed colors back what they had of their own, and marks the background's as unknown.
-template <payload_column... Columns>
+template <class Layers>
 class color_cleaner {
 public:
-    color_cleaner(layered_image<Columns...>& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
+    color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
     /// Mixed are the pixels that touch the silhouette, and what is linked to them through mixed ones: farther away, a color that
@@ -112,7 +111,7 @@ public:
             clean(i);
             if (!p.in_front && known_[p.pixel] != 0) known_[p.pixel] = 0, lost.push_back(p.pixel);
             for (const side s : all_sides) {
-                const std::int32_t neighbor = layers_.topology.neighbor(p.pixel, s);
+                const std::int32_t neighbor = layers_.topology().neighbor(p.pixel, s);
                 if (const std::int32_t other = neighbor == no_pixel ? -1 : band_.find(neighbor); other >= 0) reached[other] = 1;
             }
         }
@@ -152,37 +151,35 @@ private:
         };
         for (const std::int32_t pixel : lost)
             for (const side s : all_sides)
-                if (const std::int32_t n = layers_.topology.neighbor(pixel, s); n != no_pixel && known_[n] != 0) visit(pixel);
+                if (const std::int32_t n = layers_.topology().neighbor(pixel, s); n != no_pixel && known_[n] != 0) visit(pixel);
         for (std::size_t i = 0; i < queue.size(); ++i)
             for (const side s : all_sides)
-                if (const std::int32_t n = layers_.topology.neighbor(queue[i], s); n != no_pixel) visit(n);
+                if (const std::int32_t n = layers_.topology().neighbor(queue[i], s); n != no_pixel) visit(n);
         for (const std::int32_t pixel : lost)
             if (refillable[pixel] == 0) known_[pixel] = 1;
     }
 
-    layered_image<Columns...>& layers_;
+    Layers& layers_;
     const silhouette_band& band_;
     const buffer<mixture>& mixtures_;
-    buffer<std::uint8_t>& known_;
+    array_view<std::uint8_t> known_;
 };
 
 }  // namespace detail
 
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Returns the matte, H x W x 1: within
-/// reach of a silhouette, the share that the nearer surface has in the photo's color, 0 to 255; elsewhere 0. Raises
-/// invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all lie there.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is one.
+/// Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all lie there.
 template <payload_column... Columns>
-image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
-    const graph& g = layers.topology;
-    image<std::uint8_t> matte(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width));
+    const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
 
@@ -196,10 +193,11 @@ image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_c
 
     detail::local_matte mixed(g, band, layers.template column<color_column>());
     mixed.smooth(2);
-    detail::color_cleaner<Columns...>(layers, band, mixed.mixtures()).clean();
-    for (std::int32_t i = 0; i < band.places().count(); ++i)
-        matte.data()[band.places()[i].pixel] = detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
-    return matte;
+    detail::color_cleaner(layers, band, mixed.mixtures()).clean();
+    if constexpr (has_column<single_layer<Columns...>, matte_column>)
+        for (std::int32_t i = 0; i < band.places().count(); ++i)
+            layers.template column<matte_column>()[band.places()[i].pixel] =
+                detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
 }
 
 }  // namespace ldi

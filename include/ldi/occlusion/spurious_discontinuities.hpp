@@ -20,24 +20,26 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
-    graph& lifted = layer.topology;
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     std::size_t made = 0;
-    const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-        if (lifted.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
-            return;
-        lifted.link(pixel, s, other);
-        ++made;
-    };
-    for (std::int32_t y = 0, pixel = 0; y < lifted.height; ++y)
-        for (std::int32_t x = 0; x < lifted.width; ++x, ++pixel) {
-            if (x + 1 < lifted.width) close(pixel, side::right, pixel + 1);
-            if (y + 1 < lifted.height) close(pixel, side::down, pixel + lifted.width);
-        }
+    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
+    layer.edit_links([&](link_editor& links) {
+        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
+            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+                return;
+            links.link(pixel, s, other);
+            ++made;
+        };
+        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
+            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
+                if (x + 1 < width) close(pixel, side::right, pixel + 1);
+                if (y + 1 < height) close(pixel, side::down, pixel + width);
+            }
+    });
     return made;
 }
 

@@ -44,7 +44,7 @@ namespace detail {
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
-    texture_transfer(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known,
+    texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
         : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
         buffer<texture_color> blurred(cells_.pixel.size(), unset);
@@ -114,7 +114,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     detail::check_options(grain);
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
     if (around.empty()) return;
     const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
@@ -125,7 +125,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
         if (!cells.is_unknown(cell)) continue;
         const std::int32_t pixel = cells.pixel[cell];
         const float noise = around[next++], likeness = transfer.likeness(cell);
-        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x[pixel], g.y[pixel]);
+        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
         const detail::texture_color texture = transfer.texture(cell, noise);
         const auto color = layers.template at<color_column>(pixel);
         for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);

@@ -9,18 +9,25 @@
 #include <ldi/occlusion/mixed_colors.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Pixels of a photo that are set aside, by their positions in it, ascending.
-struct uncertain_rims {
-    buffer<std::size_t> positions;
-    buffer<float> disparity;      ///< which of the pixels at a position it is
-    buffer<std::uint8_t> colors;  ///< 3 each
-    buffer<float> foreground;     ///< 3 each: the color of what is in front of it, 0 to 255, where one can tell
-    buffer<std::uint8_t> can_tell;
+/// What restore_rims() needs to know about a pixel.
+struct uncertain_rim {
+    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
+    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
+};
+
+/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+struct rim_column {
+    using scalar = std::int32_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
 
 namespace detail {
@@ -38,63 +45,56 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, but for those that would have no
-/// known pixel behind them. Call it after unmix_colors() and before expand().
+/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no known
+/// pixel behind them. Call it after unmix_colors() and before expand().
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Linear time, whatever the width; up to 150 bytes per pixel, where all lie within it.
+/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
+/// 150 bytes per pixel, where all lie within it.
 template <payload_column... Columns>
-uncertain_rims set_aside_rims(single_layer<Columns...>& layers, int width) {
-    static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
-    uncertain_rims rims;
+buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
+    static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
+    buffer<uncertain_rim> rims;
     if (width <= 0) return rims;
-    const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
-    buffer<std::uint8_t>& known = layers.template column<known_column>();
-    detail::silhouette_band band(g, disparity, width);
+    const graph& g = layers.topology();
+    const auto known = layers.template column<known_column>();
+    const auto rim_of = layers.template column<rim_column>();
+    detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
     // What was unmixed or refilled at the silhouette itself is unknown already: the margin begins behind it.
-    const buffer<std::uint8_t> before = known;
+    const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (before[i] != 0 && known[i] == 0) {
-            rims.positions.push_back(g.position_of(i));
-            rims.disparity.push_back(disparity[i]);
-            const auto color = layers.template at<color_column>(i);
-            rims.colors.append(color.begin(), color.end());
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
-            rims.foreground.append(s.foreground.begin(), s.foreground.end());
+            const auto color = layers.template at<color_column>(i);
             // A narrow surface between two others may be the near one at the nearest silhouette.
-            rims.can_tell.push_back(s.can_tell && !nearest.in_front ? 1 : 0);
+            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            rim_of[i] = rims.count();
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
     return rims;
 }
 
-/// Gives the pixels their colors back, which are known again, unless those have an eighth of what is in front, by trial: on the
-/// way from the colors that they got meanwhile, which continue the background, to the foreground's.
-template <payload_column... Columns>
-void put_back(layered_image<Columns...>& layers, const uncertain_rims& rims) {
-    const graph& g = layers.topology;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (layers.template column<known_column>()[i] != 0) continue;
-        const std::size_t* const at = std::lower_bound(rims.positions.begin(), rims.positions.end(), g.position_of(i));
-        const std::size_t n = static_cast<std::size_t>(at - rims.positions.begin());
-        if (at == rims.positions.end() || *at != g.position_of(i) ||
-            rims.disparity[n] != layers.template column<disparity_column>()[i])
-            continue;
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
+/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
+/// to the foreground's. (The eighth was found by trial.)
+template <has_columns<color_column, known_column, rim_column> Layers>
+void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
+    const auto rim_of = layers.template column<rim_column>();
+    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
+        if (rim_of[i] == 0) continue;
+        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
         std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (rims.can_tell[n] != 0 &&
-            detail::share_of_way(rims.colors.data() + 3 * n, color, rims.foreground.data() + 3 * n) > 0.125F)
-            continue;
+        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
         layers.template column<known_column>()[i] = 1;
-        std::copy_n(rims.colors.begin() + 3 * n, 3, color);
+        std::copy_n(rim.color.data(), 3, color);
     }
 }
 

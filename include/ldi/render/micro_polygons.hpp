@@ -16,18 +16,19 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
 ///
+/// range       distances of disparity 1 and 0
 /// taken_from  the camera whose pixels these are; its size is the lattice's
 /// from        where the picture is to be drawn from
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
-rendering render_layers(const Layers& layers, const view& taken_from, const view& from, const raster_options& options = {},
-                        Executor&& threads = {}) {
+rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
+                        const raster_options& options = {}, Executor&& threads = {}) {
     detail::check_raster_options(from, options);
-    const detail::pixel_squares squares(layers, taken_from, from, options.samples, options.z_near);
+    const detail::pixel_squares squares(layers, range, taken_from, from, options.samples, options.z_near);
     return detail::draw_in_bands(
-        from.camera, options, layers.topology.count(),
+        from.camera, options, layers.topology().count(),
         [&](std::int32_t i) {
             const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
             return squares.is_drawn(i) ? e : detail::vertical_extent{};

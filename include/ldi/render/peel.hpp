@@ -6,6 +6,7 @@
 #include <ldi/base/error.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/core/canonical_order.hpp>
+#include <ldi/core/graph_builder.hpp>
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 #include <ldi/render/detail/pixel_squares.hpp>
@@ -103,45 +104,18 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     return result;
 }
 
-/// One pixel for each fragment, not linked yet.
-template <payload_column... Columns, executor Executor>
-layered_image<Columns...> pixels_of(const buffer<fragment>& fragments, const layered_image<Columns...>& layers,
-                                    const pinhole_camera& camera, Executor& threads) {
-    layered_image<Columns...> result;
-    result.surface = layers.surface, result.camera = camera, result.range = range_of(fragments, layers.range);
-    graph& g = result.topology;
-    g.width = camera.width, g.height = camera.height;
-    g.resize(fragments.size());
-    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
-    result.resize_columns(fragments.size());
-    const double last = 1.0 / result.range.z_far, span = 1.0 / result.range.z_near - last;
-    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
-            const fragment& f = fragments[i];
-            g.x[i] = static_cast<std::int32_t>(f.position % g.width);
-            g.y[i] = static_cast<std::int32_t>(f.position / g.width);
-            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
-            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
-            result.template column<disparity_column>()[i] =
-                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
-        }
-    });
-    return result;
-}
-
 /// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
-inline void link_neighbors(graph& g, const buffer<fragment>& fragments, const surface_walk& walk) {
+inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
     buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
     for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
     for (std::int32_t i = 0; i < g.count(); ++i)
         for (const side s : {side::right, side::down}) {
-            const std::int32_t x = g.x[i], y = g.y[i];
-            if (s == side::right ? x + 1 == g.width : y + 1 == g.height) continue;
+            const std::int32_t x = g.x()[i], y = g.y()[i];
+            if (s == side::right ? x + 1 == g.width() : y + 1 == g.height()) continue;
             const surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
             if (end.pixel == no_pixel) continue;
-            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width);
+            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width());
             std::int32_t there = start[position];
             while (there < start[position + 1] && fragments[there].where != end) ++there;
             LDI_ASSERT(there < start[position + 1]);
@@ -149,33 +123,71 @@ inline void link_neighbors(graph& g, const buffer<fragment>& fragments, const su
         }
 }
 
+/// One linked pixel for each fragment.
+inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
+    graph_builder g(camera.width, camera.height, fragments.size());
+    for (std::int32_t i = 0; i < fragments.count(); ++i) {
+        g.write_x()[i] = static_cast<std::int32_t>(fragments[i].position % g.width());
+        g.write_y()[i] = static_cast<std::int32_t>(fragments[i].position / g.width());
+    }
+    link_neighbors(g, fragments, walk);
+    return std::move(g).build();
+}
+
+/// Sets the columns of `result`, whose pixels are the fragments.
+template <payload_column... Columns, executor Executor>
+void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns...>& layers, const depth_range& range,
+                  layered_image<Columns...>& result, Executor& threads) {
+    const double last = 1.0 / range.z_far, span = 1.0 / range.z_near - last;
+    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
+            const fragment& f = fragments[i];
+            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
+            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
+            result.template column<disparity_column>()[i] =
+                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
+            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
+        }
+    });
+}
+
 }  // namespace detail
+
+/// A layered image of another camera.
+template <payload_column... Columns>
+struct peeled_layers {
+    layered_image<Columns...> layers;
+    depth_range range;  ///< distances of its disparities 1 and 0
+};
 
 /// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
 /// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
 /// is followed exactly: peeled from where it was taken, a layered image stays as it is.
 ///
+/// range       distances of disparity 1 and 0
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 /// from        the camera whose pixels the result is
 ///
 /// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
-/// source pixel has. The range of distances is that of `layers`, or wider if the camera came nearer or went back. Raises as
+/// source pixel has. The range of distances of the result is `range`, or wider if the camera came nearer or went back. Raises as
 /// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor = const serial_executor>
-layered_image<Columns...> peel(const layered_image<Columns...>& layers, const view& taken_from, const view& from,
-                               const peel_options& options = {}, Executor&& threads = {}) {
+peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
+                               const view& from, const peel_options& options = {}, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
-    const detail::pixel_squares squares(layers, taken_from, from, 1, options.z_near);
+    const detail::pixel_squares squares(layers, range, taken_from, from, 1, options.z_near);
     const buffer<detail::fragment> fragments =
-        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology.count(), threads);
+        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology().count(), threads);
     if (fragments.size() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
-    layered_image<Columns...> result = detail::pixels_of(fragments, layers, from.camera, threads);
-    detail::link_neighbors(result.topology, fragments, detail::surface_walk(layers.topology, squares));
-    result.reorder(canonical_order(result.topology, result.template column<disparity_column>()));
+    const detail::surface_walk walk(layers.topology(), squares);
+    peeled_layers<Columns...> result{layered_image<Columns...>(detail::graph_of(fragments, from.camera, walk)),
+                                     detail::range_of(fragments, range)};
+    detail::copy_columns(fragments, layers, result.range, result.layers, threads);
+    result.layers.reorder(canonical_order(result.layers.topology(), result.layers.template column<disparity_column>()));
     return result;
 }
 

@@ -36,9 +36,9 @@ namespace detail {
 /// photo, refilled or occluded for each pixel.
 template <class Layers>
 buffer<texel_kind> pixel_kinds(const Layers& layers) {
-    const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto& g = layers.topology();
+    const auto disparity = layers.template column<disparity_column>();
+    const auto known = layers.template column<known_column>();
     buffer<float> front(g.position_count(), 0.0F);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         float& nearest = front[g.position_of(i)];
@@ -81,7 +81,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};

@@ -48,7 +48,7 @@ public:
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color   the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
-    chart_padder(const graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+    chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
@@ -73,7 +73,7 @@ private:
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
-        return (graph_.y[pixel] - c.y + placement.y) * stride_ + (graph_.x[pixel] - c.x + placement.x);
+        return (graph_.y()[pixel] - c.y + placement.y) * stride_ + (graph_.x()[pixel] - c.x + placement.x);
     }
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
@@ -180,7 +180,7 @@ private:
         cell_above_[x] = cell;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const std::uint8_t* colors_;
     const texel_kind* kind_of_;
     std::uint8_t* color_;

@@ -71,7 +71,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (options.max_side < macroblock_side || options.max_side % macroblock_side != 0 || options.padding < 1)
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
@@ -79,12 +79,12 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
-    layout.across = {static_cast<std::int64_t>(photo_width), g.width};
-    layout.down = {static_cast<std::int64_t>(photo_height), g.height};
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width()};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height()};
     layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
     layout.placements.resize(charts.charts.size());
 
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto known = layers.template column<known_column>();
     buffer<rectangle_size> blocks;
     buffer<std::int32_t> enlarged;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {

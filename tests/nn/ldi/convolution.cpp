@@ -3,6 +3,7 @@
 #include "tests/support/random_bytes.hpp"
 #include "tests/support/random_features.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -57,7 +58,7 @@ struct value_and_scale {
 };
 
 /// One output, from exploration and in double precision.
-value_and_scale by_definition(const graph& g, std::int32_t pixel, const layer& l, const std::vector<input_tensor>& tensors,
+value_and_scale by_definition(const graph_view& g, std::int32_t pixel, const layer& l, const std::vector<input_tensor>& tensors,
                               std::size_t output, bool is_partial, bool& is_masked) {
     const std::size_t elements = static_cast<std::size_t>(l.kernel_size * l.kernel_size);
     indices window(elements);
@@ -127,7 +128,7 @@ std::size_t some_channels(std::mt19937& random, std::int32_t most) {
 }
 
 /// The whole result near the definition, a restricted plan's the same bits, on every instruction set.
-void check_everywhere(const graph& g, const convolution_plan& plan, const indices& centers, const layer& l,
+void check_everywhere(const graph_view& g, const convolution_plan& plan, const indices& centers, const layer& l,
                       const std::vector<input_tensor>& tensors, bool is_partial, std::mt19937& random) {
     const indices subset = random_subset(random, plan.output_count);
     std::vector<bool> is_chosen(plan.output_count);
@@ -155,7 +156,7 @@ void check_everywhere(const graph& g, const convolution_plan& plan, const indice
     }
 }
 
-indices all_pixels(const graph& g) {
+indices all_pixels(const graph_view& g) {
     indices pixels(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) pixels[i] = static_cast<std::int32_t>(i);
     return pixels;
@@ -164,7 +165,7 @@ indices all_pixels(const graph& g) {
 
 TEST_CASE("a convolution sums over the explored window, on any graph, with any kernel, stride and number of channels") {
     testing::for_random_graphs(40, 600, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const layer l =
             random_layer(random, 1 + 2 * testing::below(random, 4), some_channels(random, 9), some_channels(random, 50));
         const std::vector<input_tensor> tensors{{random_floats(random, g.size() * l.inputs), l.inputs, {}, {}}};
@@ -179,7 +180,7 @@ TEST_CASE("a convolution sums over the explored window, on any graph, with any k
 
 TEST_CASE("a partial convolution is scaled by what is not masked, over all sources and their channels") {
     testing::for_random_graphs(41, 600, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::stay);
         std::vector<input_tensor> tensors;
         if (testing::chance(random, 60)) {  // what lies above, upsampled
@@ -235,7 +236,7 @@ TEST_CASE("on an image a convolution is that of images, zero beyond the border")
 TEST_CASE("the bits of a result depend neither on the threads nor on what surrounds a window") {
     std::mt19937 random(43);
     const graph g = make_grid(320, 48);
-    graph cut = g;  // the silhouettes make all pixels beside them irregular, and change few windows
+    testing::sketched_graph cut(g);  // the silhouettes make all pixels beside them irregular, and change few windows
     for (std::int32_t i = 0; i < 320 * 48; i += 5) cut.unlink(i, side::left), cut.unlink(i + 2, side::up);
     const layer l = random_layer(random, 5, 4, 37);
     const input_tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
@@ -289,7 +290,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
 
 TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
     testing::for_random_graphs(46, 100, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened coarse = coarsen(g, orphan_rule::adopt_nearest);
         const indices parents = coarsen(g, orphan_rule::stay).parent;
         const std::size_t above = some_channels(random, 7), beside = some_channels(random, 7);

@@ -6,6 +6,7 @@
 
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/random_features.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -36,7 +37,7 @@ struct small_unet {
           result(random_layer(random, 5, 3, {.kernel_size = 1})) {}
 
     template <executor Executor = const serial_executor>
-    feature_map operator()(const graph& g, const feature_map& input, Executor&& threads = {}) const {
+    feature_map operator()(const graph_view& g, const feature_map& input, Executor&& threads = {}) const {
         const coarsened half = coarsen(g);
         const convolution_plan fine = plan_convolution(g, 3), coarse = plan_convolution(half.topology, 3);
         const feature_map skip = encode(fine, input, threads);
@@ -50,7 +51,7 @@ struct small_unet {
 
 TEST_CASE("a layer computes what convolve() and convolve_partially() compute") {
     testing::for_random_graphs(50, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const std::int32_t k = 1 + 2 * testing::below(random, 3);
         const std::size_t elements = static_cast<std::size_t>(k * k);
         const buffer<float> weights = random_floats(random, 7 * 4 * elements), bias = random_floats(random, 7);
@@ -75,7 +76,7 @@ TEST_CASE("a layer computes what convolve() and convolve_partially() compute") {
 
 TEST_CASE("reading several maps is reading their concatenation, to the bit, but for what partial convolution counts") {
     testing::for_random_graphs(51, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const coarsened half = coarsen(g);
         const feature_map coarse = random_features(random, half.kept.size(), 2), fine = random_features(random, g.size(), 3);
         const convolution_layer layer = random_layer(random, 5, 6);
@@ -141,9 +142,9 @@ TEST_CASE("a U-Net on two surfaces that share no link gives what it gives on eac
     for (const bool is_partial : {false, true}) {
         const small_unet net(random, is_partial);
         const graph one = make_grid(20, 12);
-        graph two = one;  // the same sheet twice, one behind the other
+        testing::sketched_graph two(one);  // the same sheet twice, one behind the other
         const std::int32_t count = static_cast<std::int32_t>(one.size());
-        for (std::int32_t i = 0; i < count; ++i) two.add_pixel(one.x[i], one.y[i]);
+        for (std::int32_t i = 0; i < count; ++i) two.add_pixel(one.x()[i], one.y()[i]);
         for (const side s : {side::right, side::down})
             for (std::int32_t i = 0; i < count; ++i)
                 if (one.neighbor(i, s) != no_pixel) two.link(count + i, s, count + one.neighbor(i, s));
@@ -161,10 +162,10 @@ TEST_CASE("a U-Net runs on any graph, with the same bits on any number of thread
     thread_pool three(3);
     testing::for_random_graphs(54, 60, [&](const testing::random_layers& layers, std::mt19937& random) {
         const small_unet net(random, testing::chance(random, 50));
-        const feature_map input = random_features(random, layers.topology.size(), 3);
-        const feature_map result = net(layers.topology, input);
-        CHECK(result.pixels() == layers.topology.size());
-        CHECK(result.values == net(layers.topology, input, three).values);
+        const feature_map input = random_features(random, layers.topology().size(), 3);
+        const feature_map result = net(layers.topology(), input);
+        CHECK(result.pixels() == layers.topology().size());
+        CHECK(result.values == net(layers.topology(), input, three).values);
     });
 }
 

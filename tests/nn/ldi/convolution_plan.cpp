@@ -1,5 +1,6 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
 
 #include <catch2/catch.hpp>
@@ -38,7 +39,7 @@ std::vector<indices> windows_of(const convolution_plan& plan) {
     return windows;
 }
 
-indices explored(const graph& g, std::int32_t pixel, std::int32_t kernel_size) {
+indices explored(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size) {
     indices window(static_cast<std::size_t>(kernel_size * kernel_size));
     gather_window(g, pixel, kernel_size, window);
     return window;
@@ -59,7 +60,7 @@ indices random_subset(std::mt19937& random, std::size_t count) {
 TEST_CASE("a plan has the window that exploration finds, for every pixel of any graph, kernel and stride") {
     std::size_t in_segments = 0;
     testing::for_random_graphs(30, 3000, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
         const convolution_plan plan = plan_convolution(g, kernel_size);
         std::vector<indices> windows = windows_of(plan);
@@ -83,7 +84,7 @@ TEST_CASE("a plan has the window that exploration finds, for every pixel of any 
 TEST_CASE("a plan has the windows of large kernels and of graphs wider than a word of bits") {
     std::mt19937 random(31);
     for (int round = 0; round < 40; ++round) {
-        const graph g = testing::random_graph(random, 150).topology;
+        const graph g = testing::random_graph(random, 150).topology();
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 8);
         const std::vector<indices> windows = windows_of(plan_convolution(g, kernel_size));
         bool same = true;
@@ -108,7 +109,7 @@ TEST_CASE("in an image all but the border is regular, a segment a row") {
 
 TEST_CASE("a cut away from spine and ribs changes no window") {
     // 7 x 7 pixels; the center's spine is column 3, its ribs are the rows.
-    graph g = make_grid(7, 7);
+    testing::sketched_graph g(make_grid(7, 7));
     const auto is_regular = [&] { return detail::regular_pixels(g, 7).contains(24); };
     CHECK(is_regular());
     for (std::int32_t i = 0; i < 49; ++i)
@@ -121,7 +122,7 @@ TEST_CASE("a cut away from spine and ribs changes no window") {
 
 TEST_CASE("a restricted plan has the windows of its outputs and no others, and needs what they hold") {
     testing::for_random_graphs(32, 1500, [&](const random_layers& layers, std::mt19937& random) {
-        const graph& g = layers.topology;
+        const graph& g = layers.topology();
         const std::int32_t kernel_size = 1 + 2 * testing::below(random, 4);
         const convolution_plan plan = testing::chance(random, 50)
                                           ? plan_convolution(g, kernel_size)

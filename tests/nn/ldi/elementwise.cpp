@@ -14,9 +14,9 @@ using ldi::testing::random_features;
 
 TEST_CASE("addition adds what each pixel has, an upsampled map's parent, and nothing to a pixel without one") {
     testing::for_random_graphs(20, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
-        const coarsened half = coarsen(layers.topology);
-        const feature_map a = random_features(random, layers.topology.size(), 3),
-                          b = random_features(random, layers.topology.size(), 3),
+        const coarsened half = coarsen(layers.topology());
+        const feature_map a = random_features(random, layers.topology().size(), 3),
+                          b = random_features(random, layers.topology().size(), 3),
                           coarse = random_features(random, half.kept.size(), 3);
         const feature_map beside = add(a, b), above = add(a, upsample(coarse, half.parent));
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(a.pixels()); ++i)
@@ -30,12 +30,12 @@ TEST_CASE("addition adds what each pixel has, an upsampled map's parent, and not
 
 TEST_CASE("concatenation has the channels of the first map, then those of the next, zeros where there is no parent") {
     testing::for_random_graphs(21, 100, [&](const testing::random_layers& layers, std::mt19937& random) {
-        const coarsened half = coarsen(layers.topology);
+        const coarsened half = coarsen(layers.topology());
         const feature_map coarse = random_features(random, half.kept.size(), 2),
-                          fine = random_features(random, layers.topology.size(), 3);
+                          fine = random_features(random, layers.topology().size(), 3);
         const feature_map both = concatenate({upsample(coarse, half.parent), fine});
         REQUIRE(both.channels == 5);
-        REQUIRE(both.pixels() == layers.topology.size());
+        REQUIRE(both.pixels() == layers.topology().size());
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(both.pixels()); ++i) {
             const std::int32_t parent = half.parent[i];
             for (std::size_t c = 0; c < 2; ++c) CHECK(both.at(i)[c] == (parent == no_pixel ? 0.0F : coarse.at(parent)[c]));

@@ -34,10 +34,10 @@ TEST_CASE("a view of a map shows its own memory") {
 
 TEST_CASE("an upsampled map has as many pixels as the finer graph, and each reads its parent's row") {
     testing::for_random_graphs(3, 50, [&](const testing::random_layers& layers, std::mt19937& random) {
-        const coarsened half = coarsen(layers.topology);
+        const coarsened half = coarsen(layers.topology());
         const feature_map coarse = testing::random_features(random, half.kept.size(), 2);
         const feature_view fine = upsample(coarse, half.parent);
-        CHECK(fine.pixels() == layers.topology.size());
+        CHECK(fine.pixels() == layers.topology().size());
         for (std::size_t i = 0; i < half.parent.size(); ++i) CHECK(fine.row_of(static_cast<std::int32_t>(i)) == half.parent[i]);
     });
 }

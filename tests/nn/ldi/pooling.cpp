@@ -1,6 +1,7 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 
+#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_features.hpp"
 
 #include <catch2/catch.hpp>
@@ -12,8 +13,8 @@ using namespace ldi;
 TEST_CASE("a coarse pixel has the average and the largest of the pixels that collapse to it") {
     testing::for_random_graphs(10, 200, [&](const testing::random_layers& layers, std::mt19937& random) {
         const coarsened half =
-            coarsen(layers.topology, testing::chance(random, 50) ? orphan_rule::stay : orphan_rule::adopt_nearest);
-        const feature_map fine = testing::random_features(random, layers.topology.size(), 3);
+            coarsen(layers.topology(), testing::chance(random, 50) ? orphan_rule::stay : orphan_rule::adopt_nearest);
+        const feature_map fine = testing::random_features(random, layers.topology().size(), 3);
         const feature_map average = average_pool(fine, half), largest = max_pool(fine, half);
         REQUIRE(average.pixels() == half.kept.size());
         REQUIRE(largest.pixels() == half.kept.size());
@@ -57,7 +58,7 @@ TEST_CASE("on a grid pooling is that of images, over 2 x 2 pixels and what is le
 }
 
 TEST_CASE("pooling does not mix two surfaces that a silhouette parts") {
-    graph g = make_grid(4, 2);
+    testing::sketched_graph g(make_grid(4, 2));
     for (const std::int32_t i : {1, 5}) g.unlink(i, side::left);  // pixels 0 and 4 are a surface of their own
     feature_map values(8, 1);
     for (std::int32_t i = 0; i < 8; ++i) values.at(i)[0] = i % 4 == 0 ? 100.0F : 1.0F;

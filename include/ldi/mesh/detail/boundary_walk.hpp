@@ -23,16 +23,16 @@ constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
 /// The lattice point of corner c of a pixel.
-inline std::int32_t corner_x(const graph& g, std::int32_t pixel, int c) { return g.x[pixel] + (c == 1 || c == 2 ? 1 : 0); }
-inline std::int32_t corner_y(const graph& g, std::int32_t pixel, int c) { return g.y[pixel] + (c >= 2 ? 1 : 0); }
+inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
+inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
 /// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
-inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
     buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
-    const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
+    const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
     // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
@@ -104,8 +104,8 @@ struct pixel_corner {
 /// Moves over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
-    boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
-        : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
+    boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
+        : sides_(sides.data()), links_{g.up().data(), g.right().data(), g.down().data(), g.left().data()} {}
 
     std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[s][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }

@@ -15,7 +15,7 @@ class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
     /// clearance  in pixels, 1 to 64
-    outline_clearance(const graph& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
     /// Whether the chart ends above one of the pixels of the row within the clearance.
@@ -30,7 +30,7 @@ public:
                 if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
             if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up : g_.down)[pixel];
+            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
         }
     }
 
@@ -47,7 +47,7 @@ private:
         return around;
     }
 
-    const graph& g_;
+    graph_view g_;
     const buffer<std::uint8_t>& sides_;
     std::int32_t clearance_;
 };

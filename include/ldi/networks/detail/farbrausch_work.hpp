@@ -32,14 +32,14 @@ struct farbrausch_level {
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
-inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
-        const graph& g = i == 0 ? finest : coarse;
+        const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
         const link_strips strips(g);

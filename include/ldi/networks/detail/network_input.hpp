@@ -20,7 +20,7 @@ struct network_input {
 };
 
 /// Red, green, blue in [0, 1] of what is known; the rest is masked.
-inline network_input masked_input(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
     for (std::size_t row = 0; row < read.size(); ++row) {

@@ -102,7 +102,7 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const graph& g, const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+    smooth_filler(const graph_view& g, array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                   buffer<farbrausch_level>& levels, int growth, Executor& threads)
         : graph_(g), colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
@@ -285,8 +285,8 @@ private:
         return mean_;
     }
 
-    const graph& graph_;
-    const buffer<std::uint8_t>&colors_, &known_;
+    graph_view graph_;
+    array_view<const std::uint8_t> colors_, known_;
     buffer<farbrausch_level>& levels_;
     int growth_;
     Executor& threads_;

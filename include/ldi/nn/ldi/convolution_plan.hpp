@@ -62,13 +62,13 @@ inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t output, std::int32_t pixel) {
+inline void add_irregular(convolution_plan& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
     plan.irregular.push_back(output);
     plan.windows.resize(plan.windows.size() + plan.elements());
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
-inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regular_pixels regular) {
+inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
     convolution_plan plan;
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
@@ -81,13 +81,13 @@ inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regul
     return plan;
 }
 
-inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (g.y[first] % 2 != 0) return true;
-        const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
+        if (g.y()[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
@@ -103,12 +103,12 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
 /// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 

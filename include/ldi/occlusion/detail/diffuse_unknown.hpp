@@ -19,14 +19,14 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value, BeforeSolving&& before_solving,
+void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value, BeforeSolving&& before_solving,
                      Store&& store) {
     diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
-        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
+        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
         for (side s : all_sides) {
             const std::int32_t neighbor = g.neighbor(i, s);
             if (neighbor == no_pixel) continue;

@@ -56,7 +56,7 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// alpha is 1 in front, 0 behind.
 class local_matte {
 public:
-    local_matte(const graph& g, const silhouette_band& band, const buffer<std::uint8_t>& colors) : graph_(g), band_(band) {
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors) : graph_(g), band_(band) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }
@@ -72,7 +72,7 @@ public:
         for (const std::int32_t pixel : order) {
             const std::int32_t i = band_.find(pixel);
             if (!can_tell(i)) continue;
-            const std::int32_t cell = cells[i] = solver.add_cell(graph_.x[pixel], graph_.y[pixel]);
+            const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
             for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
             add_neighbors(solver, cells, i);
         }
@@ -88,7 +88,7 @@ private:
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    mixture estimate(const silhouette_band::place& p, const buffer<std::uint8_t>& colors) const {
+    mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
         if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
         float_color foregrounds[most_samples], backgrounds[most_samples], color;
         std::int32_t taken[most_samples];
@@ -100,11 +100,11 @@ private:
             ++count;
         };
         take(p.side);
-        const std::int32_t x = graph_.x[p.pixel], y = graph_.y[p.pixel];
+        const std::int32_t x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
         for (const side s : all_sides) {
             const std::int32_t u = x + sample_distance * step_x(s), v = y + sample_distance * step_y(s);
-            if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) continue;
-            const std::int32_t other = band_.find(v * graph_.width + u);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other >= 0) take(band_.places()[other].side);
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
@@ -115,11 +115,11 @@ private:
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;
-        const std::int32_t cell = cells[place], x = graph_.x[p.pixel], y = graph_.y[p.pixel];
+        const std::int32_t cell = cells[place], x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
         for (const side s : all_sides) {
             const std::int32_t u = x + step_x(s), v = y + step_y(s);
-            if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) continue;
-            const std::int32_t other = band_.find(v * graph_.width + u);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other < 0)
                 solver.add_known_neighbor(cell, &pure);
             else if (!can_tell(other))
@@ -131,7 +131,7 @@ private:
         }
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const silhouette_band& band_;
     buffer<mixture> mixtures_;
 };

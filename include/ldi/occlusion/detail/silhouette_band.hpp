@@ -37,14 +37,14 @@ public:
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
     /// reach  distances are below it
-    silhouette_band(const graph& g, const buffer<float>& disparity, int reach) : graph_(g), reach_(reach) {
+    silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
             sides_.push_back({a_is_nearer ? a : b, a_is_nearer ? b : a, a_is_nearer ? opposite(from_a) : from_a});
         };
         for (std::int32_t i = 0; i < g.count(); ++i) {
-            if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1, side::right);
-            if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width, side::down);
+            if (g.right()[i] == no_pixel && g.x()[i] + 1 < g.width()) add(i, i + 1, side::right);
+            if (g.down()[i] == no_pixel && g.y()[i] + 1 < g.height()) add(i, i + g.width(), side::down);
         }
         if (!sides_.empty()) grow();
     }
@@ -59,7 +59,7 @@ public:
     ///
     /// colors    K x 3
     /// contrast  the least distance between colors that can be told apart, in 1 / 255
-    void sample(const buffer<std::uint8_t>& colors, float contrast) {
+    void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
                                   sample(colors, s.back, opposite(s.towards_front), s.background);
@@ -89,7 +89,7 @@ private:
 
     /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
     /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
-    bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& color) const {
+    bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
         // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
@@ -117,7 +117,7 @@ private:
         return is_behind || best.distance >= 2;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;

@@ -40,7 +40,7 @@ struct texture_cells {
 };
 
 /// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
-inline buffer<std::uint8_t> steps_to_unknown(const graph& g, const buffer<std::uint8_t>& known, int most) {
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
     buffer<std::uint8_t> steps(g.size(), 255);
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
@@ -66,7 +66,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph& g, const buffer<std::u
 
 /// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
 ///                less than 255
-inline texture_cells find_texture_cells(const graph& g, const buffer<std::uint8_t>& known, int reach, int margin) {
+inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
     texture_cells cells;
     buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell

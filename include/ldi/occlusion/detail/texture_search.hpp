@@ -48,7 +48,7 @@ inline int difference_of(const texture_surroundings& a, const texture_surroundin
 class texture_search {
 public:
     /// reach  in steps along x and along y
-    texture_search(const graph& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
+    texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
     /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
@@ -122,8 +122,8 @@ private:
         }
         const std::int32_t pixel = cells_.pixel[cell];
         const std::uint32_t random =
-            scrambled(static_cast<std::uint32_t>(graph_.x[pixel]),
-                      64 * static_cast<std::uint32_t>(graph_.y[pixel]) + static_cast<std::uint32_t>(round));
+            scrambled(static_cast<std::uint32_t>(graph_.x()[pixel]),
+                      64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
         if (best != no_pixel && random % seldom != 0) return;
         for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
         for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
@@ -140,7 +140,7 @@ private:
         return cells_.walk(across, dy < 0 ? side::up : side::down, std::abs(dy));
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const texture_cells& cells_;
     const buffer<texture_surroundings>& looks_;
     int reach_;

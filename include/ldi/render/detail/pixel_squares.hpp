@@ -30,14 +30,15 @@ constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::ri
 class pixel_squares {
 public:
     template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const view& taken_from, const view& from, std::int32_t samples, float z_near)
-        : graph_(layers.topology) {
-        if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
+    pixel_squares(const Layers& layers, const depth_range& range, const view& taken_from, const view& from, std::int32_t samples,
+                  float z_near)
+        : graph_(layers.topology()) {
+        if (taken_from.camera.width != graph_.width() || taken_from.camera.height != graph_.height())
             raise(error_code::mismatch, "camera of a layered image",
-                  std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
+                  std::to_string(graph_.width()) + " x " + std::to_string(graph_.height()),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), layers.range, relative_projection(taken_from, from, samples, z_near));
+        place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
@@ -76,7 +77,7 @@ private:
         const std::int32_t count = graph_.count();
         disjoint_sets sets(4 * graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
-            const std::int32_t here = 4 * i, right = graph_.right[i], down = graph_.down[i];
+            const std::int32_t here = 4 * i, right = graph_.right()[i], down = graph_.down()[i];
             if (right != no_pixel) {
                 sets.merge(here + 1, 4 * right);
                 sets.merge(here + 2, 4 * right + 3);
@@ -93,7 +94,7 @@ private:
 
     /// A corner has the mean disparity of the pixels that share it.
     template <class Project>
-    void place(const buffer<float>& disparity, const depth_range& distances, const Project& project) {
+    void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
         buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
         for (std::int32_t i = 0; i < count; ++i)
@@ -113,12 +114,12 @@ private:
         buffer<std::uint8_t> is_placed(sum.size(), 0);
         drawn_.resize(graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
-            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, disparity[i]);
+            put(i, graph_.x()[i] + 0.5, graph_.y()[i] + 0.5, disparity[i]);
             bool all_safe = safe[i] != 0;
             for (int c = 0; c < 4; ++c) {
                 const std::int32_t vertex = corner(i, c), k = vertex - count;
                 if (is_placed[k] == 0)
-                    put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
+                    put(vertex, graph_.x()[i] + pixel_corners[c][0], graph_.y()[i] + pixel_corners[c][1], sum[k] / members[k]);
                 is_placed[k] = 1;
                 all_safe = all_safe && safe[vertex] != 0;
             }
@@ -169,7 +170,7 @@ private:
         std::array<double, 9> rotation_{};
     };
 
-    const graph& graph_;
+    graph_view graph_;
     buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
     buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
     buffer<std::uint8_t> drawn_;      // one per pixel
@@ -179,8 +180,8 @@ private:
 /// linked around the corner and known alike.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
-    const graph& g = layers.topology;
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto& g = layers.topology();
+    const auto known = layers.template column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));

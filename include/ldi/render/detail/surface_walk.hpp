@@ -34,7 +34,7 @@ inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t 
 
 class surface_walk {
 public:
-    surface_walk(const graph& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
+    surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
     /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
     /// holds that sample. No pixel if it ends, or folds back, before.
@@ -80,7 +80,7 @@ private:
         return edge == 0 ? 2 : 0;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const pixel_squares& squares_;
 };
 

@@ -78,7 +78,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
 }
 
 /// All pixels with a neighbor in a column of links, in as few strips as possible.
-inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
+inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
         last = first + 1;
@@ -93,7 +93,7 @@ inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
 struct link_strips {
     buffer<pixel_strip> up, down, right;
 
-    explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
+    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
 /// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
@@ -116,9 +116,9 @@ struct link_strips {
 /// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
 class regular_pixels {
 public:
-    regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
-    regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
+    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbor is next in memory
         for (const pixel_strip& strip : strips.right)
@@ -190,7 +190,7 @@ private:
 
 private:
     std::int32_t radius_;
-    const graph& g_;
+    graph_view g_;
     pixel_bits regular_, goes_on_;
 };
 

@@ -1,0 +1,106 @@
+// Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/config.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/graph.hpp>
+#include <ldi/core/validate.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// A graph in the making. Reads like a graph.
+///
+///     graph_builder b(6, 4);                             // a lattice of 6 x 4
+///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
+///     b.link(a, side::right, c);
+///     const graph g = std::move(b).build();
+class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
+public:
+    /// width, height  of the lattice, 0 or more
+    /// count          pixels, not linked, all at (0, 0)
+    graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
+        x_.resize(count), y_.resize(count);
+        for (const side s : all_sides) column(s).resize(count, no_pixel);
+    }
+    /// The same with positions and neighbors not set, for those who set all of them through the views below.
+    graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
+        x_.resize(count, unset), y_.resize(count, unset);
+        for (const side s : all_sides) column(s).resize(count, unset);
+    }
+    /// Starts from an existing graph, or from a copy of one that somebody else owns.
+    explicit graph_builder(graph g) : index_columns(std::move(g)) {}
+    explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
+        x_ = g.x().copy(), y_ = g.y().copy();
+        for (const side s : all_sides) column(s) = g.neighbors(s).copy();
+    }
+
+    /// Appends an unlinked pixel and returns its index.
+    std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
+        LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        x_.push_back(at_x), y_.push_back(at_y);
+        for (const side s : all_sides) column(s).push_back(no_pixel);
+        return count() - 1;
+    }
+
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free, and `b` must
+    /// lie one step to that side.
+    void link(std::int32_t a, side s, std::int32_t b) {
+        std::int32_t& there = column(s)[a];
+        std::int32_t& back = column(opposite(s))[b];
+        LDI_ASSERT(there == no_pixel && back == no_pixel);
+        LDI_ASSERT(x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s));
+        there = b, back = a;
+    }
+
+    /// Removes the link of `a` on side `s`, if there is one.
+    void unlink(std::int32_t a, side s) {
+        std::int32_t& there = column(s)[a];
+        if (there == no_pixel) return;
+        column(opposite(s))[there] = no_pixel;
+        there = no_pixel;
+    }
+
+    /// Index columns to write in bulk, K each. build() checks in debug builds that the result keeps the invariants.
+    array_view<std::int32_t> write_x() { return x_; }
+    array_view<std::int32_t> write_y() { return y_; }
+    array_view<std::int32_t> write_neighbors(side s) { return column(s); }
+
+    /// The finished graph. Asserts its invariants (linear time, debug builds only).
+    graph build() && {
+        LDI_ASSERT(!validate(view()));
+        return graph(std::move(*this));
+    }
+
+private:
+    graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+};
+
+/// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
+/// 2^31 pixels or more.
+inline graph make_grid(std::int32_t width, std::int32_t height) {
+    const std::int64_t pixels = std::int64_t{width} * height;
+    if (pixels > 0x7FFFFFFF)
+        raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
+              std::to_string(width) + " x " + std::to_string(height));
+    graph_builder g(width, height, static_cast<std::size_t>(pixels), unset);
+    const array_view<std::int32_t> up = g.write_neighbors(side::up), down = g.write_neighbors(side::down);
+    const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
+    std::int32_t i = 0;
+    for (std::int32_t y = 0; y < height; ++y)
+        for (std::int32_t x = 0; x < width; ++x, ++i) {
+            g.write_x()[i] = x, g.write_y()[i] = y;
+            up[i] = y > 0 ? i - width : no_pixel;
+            down[i] = y + 1 < height ? i + width : no_pixel;
+            left[i] = x > 0 ? i - 1 : no_pixel;
+            right[i] = x + 1 < width ? i + 1 : no_pixel;
+        }
+    return std::move(g).build();
+}
+
+}  // namespace ldi

@@ -1,0 +1,75 @@
+// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/base/buffer.hpp>
+#include <ldi/base/error.hpp>
+#include <ldi/core/camera.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/mesh/textured_mesh.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// The pixels of one surface around a corner of the lattice, up to four.
+struct corner_pixels {
+    std::array<std::int32_t, 4> pixels{};
+    std::size_t count = 0;
+};
+
+/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the corner.
+inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    corner_pixels around;
+    const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
+    add(pixel);
+    const std::int32_t dx = x - g.x()[pixel], dy = y - g.y()[pixel];
+    if (dx < 0 || dx > 1 || dy < 0 || dy > 1) return around;
+    const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
+    const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
+    if (beside != no_pixel) add(beside);
+    if (below != no_pixel) add(below);
+    std::int32_t opposite_pixel = beside == no_pixel ? no_pixel : g.neighbor(beside, along);
+    if (opposite_pixel == no_pixel && below != no_pixel) opposite_pixel = g.neighbor(below, across);
+    if (opposite_pixel != no_pixel) add(opposite_pixel);
+    return around;
+}
+
+}  // namespace detail
+
+/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+///
+/// mesh    of build_mesh(), from these layers
+/// camera  that took the photo (photo_facts::camera)
+///
+/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+template <payload_column Column, has_column<Column> Layers>
+buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
+    using scalar = typename Column::scalar;
+    const graph_view g = layers.topology();
+    buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
+    for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
+        if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
+            raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
+                  "pixel " + std::to_string(mesh.pixels[v]));
+        const float* position = mesh.positions.data() + 3 * v;
+        const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
+        const detail::corner_pixels around = detail::pixels_around_corner(
+            g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
+        for (std::size_t c = 0; c < Column::channels; ++c) {
+            std::array<scalar, 4> values{};
+            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
+            result[v * Column::channels + c] =
+                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
+        }
+    }
+    return result;
+}
+
+}  // namespace ldi
