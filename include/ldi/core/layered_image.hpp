@@ -187,9 +187,10 @@ public:
     }
 
     /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
-    /// from the pixels that they continue, by the rules of the columns. If `make` throws, the image is empty.
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
+    /// is empty.
     template <class Make>
-    void grow(Make&& make) {
+    buffer<grown_piece> grow(Make&& make) {
         struct cleaner {
             layered_image* image;
             ~cleaner() {
@@ -202,6 +203,7 @@ public:
         ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
         graph_ = std::move(grown.topology);
         unless_grown.image = nullptr;
+        return std::move(grown.pieces);
     }
 
 private:

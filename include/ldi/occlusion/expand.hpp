@@ -276,8 +276,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
     layered_image<Columns...>& layers = result.layers;
     std::optional<detail::expansion> expansion;
-    buffer<grown_piece> pieces;
-    layers.grow([&](graph_builder base) {
+    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
         const array_view<const float> disparity = layers.template column<disparity_column>();
         expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
         const int last = (std::min)(options.iterations, expansion->max_iterations());
@@ -289,9 +288,7 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
         }
         const int all = expansion->max_iterations();
         if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
-        grown_pixels grown = expansion->pixels().merge();
-        pieces = grown.pieces;
-        return grown;
+        return expansion->pixels().merge();
     });
     expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
