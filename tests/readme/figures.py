@@ -28,10 +28,10 @@ def read(path):
     return (ROOT / path).read_text(encoding="utf-8")
 
 
-def found(pattern, text, what):
+def found(pattern, text, what, page="README.md"):
     """The groups of the one place where a page says so; a page that no longer says it needs another test."""
     match = re.search(pattern, re.sub(r"\s+", " ", text))
-    check(match, f"README.md: no {what} as in '{pattern}'")
+    check(match, f"{page}: no {what} as in '{pattern}'")
     return match.groups() if match else None
 
 
@@ -46,6 +46,8 @@ def numbers(text):
 tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True)
 pages = tracked.stdout.split() or [str(p.relative_to(ROOT)) for p in ROOT.rglob("*.md") if "node_modules" not in p.parts and "build" not in p.parts]
 readme = read("README.md")
+PROGRAM_PAGE = "examples/photo3d/README.md"  # lists the program's options
+program_page = read(PROGRAM_PAGE)
 
 # Every linked file, and every path in code that begins with one of our folders, is there.
 FOLDERS = r"(?:bench|cmake|examples|include|packaging|scripts|single_include|tests)/"
@@ -106,22 +108,23 @@ if program:
     defaults = dict(re.findall(r"^ *(?:-\w,)?--([a-z-]+) [A-Z]\S*(?: to \d+\S*)*?=(\S+)", help_text, re.MULTILINE))
     defaults |= dict(re.findall(r"^ *--([a-z-]+) [A-Z]+:[^\n=]*=(\S+)$", help_text, re.MULTILINE))
     for option in ("texture", "grain", "motion"):
-        said = found(rf"`--{option} ([\d.]+)`", readme, f"default of --{option}")
+        said = found(rf"`--{option} ([\d.]+)`", program_page, f"default of --{option}", PROGRAM_PAGE)
         if said:
-            check(defaults.get(option) == said[0], f"README.md: --{option} is {defaults.get(option)}, not {said[0]}")
-    size = re.search(r"the default is (\d+)", read("examples/photo3d/README.md"))
+            check(defaults.get(option) == said[0], f"{PROGRAM_PAGE}: --{option} is {defaults.get(option)}, not {said[0]}")
+    size = re.search(r"the default is (\d+)", program_page)
     check(size and defaults.get("size") == size[1], f"examples/photo3d/README.md: --size is {defaults.get('size')}")
     for option, values in re.findall(r"^ *--([a-z-]+) TEXT:\{([^}]*)\}", help_text, re.MULTILINE):
-        for value in re.findall(rf"`?--{option} ([a-z0-9-]+)", readme):
-            check(value in values.split(","), f"README.md: --{option} has no {value}")
-    for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", readme, "values of --path") or [""])[0]):
-        check(path in help_text, f"README.md: --path has no {path}")
+        for page, text in (("README.md", readme), (PROGRAM_PAGE, program_page)):
+            for value in re.findall(rf"`?--{option} ([a-z0-9-]+)", text):
+                check(value in values.split(","), f"{page}: --{option} has no {value}")
+    for path in re.findall(r"`([\w-]+)`", (found(r"`--path` is ((?:`[\w-]+`, )+)", program_page, "values of --path", PROGRAM_PAGE) or [""])[0]):
+        check(path in help_text, f"{PROGRAM_PAGE}: --path has no {path}")
 
-    # A telephone's photo.
-    said = found(r"GLB of a telephone's photo is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
+    # A phone photo.
+    said = found(r"GLB of a phone photo is (\d+) kB with ([\d,]+) triangles, (\d+) kB with `--compress`", readme, "size of a GLB")
     photo = SHARED / "depth_companions" / "iphone_mpo_a.jpg"
     if said and not photo.exists():
-        print(f"not compared: the GLB of a telephone's photo, because there is no {photo}")
+        print(f"not compared: the GLB of a phone photo, because there is no {photo}")
     elif said:
         with tempfile.TemporaryDirectory() as folder:
             glb, report = Path(folder, "a.glb"), Path(folder, "a.json")
@@ -132,7 +135,7 @@ if program:
             triangles = json.loads(report.read_text())["triangles"]
         computed = (sizes[0], triangles, sizes[1])
         for figure, value in zip(numbers(" ".join(said)), computed):
-            check(near(figure, value, 0.1), f"README.md: the telephone's photo makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
+            check(near(figure, value, 0.1), f"README.md: the phone photo makes {value:.0f}, not {figure:.0f} (GLB in kB, triangles, kB compressed: {computed})")
 
 if faults:
     sys.exit("\n".join(faults))
