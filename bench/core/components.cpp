@@ -4,8 +4,8 @@
 #include <ldi/core/components.hpp>
 
 #include "bench/core/photo_graph.hpp"
-#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -245,7 +245,8 @@ void compare_with_full_size() {
                 // Of the picture every pixel, as networks' multiplications are counted.
                 const ldi::buffer<std::uint8_t> wanted =
                     layers == &picture ? ldi::buffer<std::uint8_t>(picture.size(), 1) : unknown_of(photo);
-                for (const layer_cost& cost : layer_costs(a, ldi::detail::plan_farbrausch(layers->topology(), a.kernels, wanted))) {
+                for (const layer_cost& cost :
+                     layer_costs(a, ldi::detail::plan_farbrausch(layers->topology(), a.kernels, wanted))) {
                     giga[which] += static_cast<double>(cost.products) / 1e9;
                     weights += cost.weights;
                 }

@@ -94,8 +94,9 @@ const auto registered = [] {
     measure("chart generation", 72, [](benchmark::State&) { return ldi::make_charts(photo().layers, {}, options.charts); });
     measure("chart padding", 151,
             [](benchmark::State&) { return ldi::make_atlas(photo().layers, photo().charts, options.atlas); });
-    measure("meshing", 11,
-            [](benchmark::State&) { return ldi::build_mesh(photo().layers, photo().facts, photo().charts, photo().atlas, options.mesh); });
+    measure("meshing", 11, [](benchmark::State&) {
+        return ldi::build_mesh(photo().layers, photo().facts, photo().charts, photo().atlas, options.mesh);
+    });
     return true;
 }();
 

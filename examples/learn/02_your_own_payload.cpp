@@ -1,6 +1,6 @@
-// Pixels hold what you say they hold. A column of normals is added to the lifted photo; from there each stage carries it along,
-// also to the hidden pixels that expand() makes, and gather() brings it to the vertices of the mesh. So the photo can be lit by a
-// lamp that was not there.
+// Pixels hold what you say they hold. A column of normals is added to the lifted photo; every stage carries it along, also to
+// the hidden pixels that expand() makes, and gather() brings it to the vertices. So a lamp that was not there can light the
+// photo.
 #include "drawing.hpp"
 #include "sample.hpp"
 
@@ -11,8 +11,7 @@
 #include <cmath>
 #include <cstdio>
 
-/// A unit vector, towards the camera.
-struct normal {
+struct normal {  // a unit vector, towards the camera
     using scalar = float;
     static constexpr std::size_t channels = 3;
 };
@@ -39,10 +38,9 @@ ldi::buffer<float> normals_of(const ldi::photo_layer& layer, const ldi::photo_fa
 
 int main() {
     const learn::sample photo = learn::load_sample(learn::archway, 1);
-    ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
     const ldi::photo_facts facts = learn::facts_of(photo);
-    ldi::buffer<float> normals = normals_of(lifted, facts);
-    auto layer = std::move(lifted).with<normal>(std::move(normals));
+    ldi::photo_layer lifted = ldi::lift(photo.color, photo.disparity);
+    auto layer = std::move(lifted).with<normal>(normals_of(lifted, facts));
     const auto curves = ldi::find_discontinuity_curves(layer, facts.surface);
     ldi::close_spurious_discontinuities(layer, curves);
     auto layers = ldi::expand(std::move(layer), facts.surface, curves).layers;
@@ -50,14 +48,12 @@ int main() {
     const ldi::chart_set charts = ldi::make_charts(layers, facts.surface);
     const ldi::textured_mesh mesh = ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts));
     const ldi::buffer<float> at_vertices = ldi::gather<normal>(mesh, layers, facts.camera);
-
     const auto lit = [&](std::uint32_t vertex) {  // by a lamp on the right, in warm light
         const float* n = at_vertices.data() + 3 * std::size_t{vertex};
         const float light = (0.15F + (std::max)(0.85F * n[0] + 0.3F * n[1] + 0.4F * n[2], 0.0F)) / 255.0F;
         const auto c = layers.at<ldi::color_column>(mesh.pixels[vertex]);
         return std::array<float, 3>{1.2F * light * c[0], light * c[1], 0.7F * light * c[2]};
     };
-    const learn::picture result = learn::side_by_side({photo.color, learn::draw_triangles(mesh, facts.camera, lit)});
     std::printf("%zu normals, %zu of them of hidden pixels\n", layers.size(), layers.size() - photo.color.size() / 3);
-    ldi::save_jpeg("02_your_own_payload.jpg", result);
+    ldi::save_jpeg("02_your_own_payload.jpg", learn::side_by_side({photo.color, learn::draw_triangles(mesh, facts.camera, lit)}));
 }

@@ -6,6 +6,7 @@
 
 #include <ldi/adapt/xtensor.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
+#include <ldi/nn/ldi/from_column.hpp>
 
 #include <xtensor/xmath.hpp>
 
@@ -18,9 +19,7 @@ ldi::feature_map averaged(const ldi::photo_layers& layers) {
         for (std::size_t e = 0; e < elements; ++e) weights[(c * 3 + c) * elements + e] = 1.0F / elements;
     const ldi::convolution_layer average(weights, bias, {.kernel_size = 9, .is_partial = true});
 
-    ldi::feature_map colors(layers.size(), 3);
-    colors.values.assign(layers.column<ldi::color_column>().begin(), layers.column<ldi::color_column>().end());
-    return average(ldi::plan_convolution(layers.topology(), 9), colors);
+    return average(ldi::plan_convolution(layers.topology(), 9), ldi::from_column<ldi::color_column>(layers));
 }
 
 learn::picture picture_of(const ldi::photo_layers& layers, const ldi::feature_map& colors) {

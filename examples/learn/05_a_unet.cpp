@@ -5,6 +5,8 @@
 #include "sample.hpp"
 
 #include <ldi/nn/ldi/convolution_layer.hpp>
+#include <ldi/nn/ldi/elementwise.hpp>
+#include <ldi/nn/ldi/from_column.hpp>
 
 #include <cstdio>
 
@@ -36,12 +38,11 @@ unet averaging_unet() {
 
 int main() {
     const ldi::photo_layers layers = learn::layers_of(learn::load_sample(learn::archway, 2), 30);
-    ldi::feature_map input(layers.size(), 4);  // red, green, blue, known; all 0 where nothing is known
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(layers.size()); ++i) {
-        const float known = layers.column<ldi::known_column>()[i];
-        for (std::size_t c = 0; c < 3; ++c) input.at(i)[c] = known * layers.at<ldi::color_column>(i)[c] / 255.0F;
-        input.at(i)[3] = known;
-    }
+    const ldi::feature_map shown = ldi::from_column<ldi::color_column>(layers, 1.0F / 255.0F);
+    ldi::feature_view known_colors = shown;
+    known_colors.mask = layers.column<ldi::known_column>();
+    // Red, green, blue, known; all 0 where nothing is known.
+    const ldi::feature_map input = ldi::concatenate({known_colors, ldi::from_column<ldi::known_column>(layers)});
     const ldi::feature_map output = averaging_unet()(layers.topology(), input, 5);
 
     const auto behind = [&](const ldi::feature_map& colors) {

@@ -33,7 +33,6 @@ int main() {
     const ldi::triangle_map F = ldi::triangles(made.mesh);
     const ldi::texture_coordinate_map UV = ldi::texture_coordinates(made.mesh);
     std::printf("V %ld x 3, F %ld x 3, UV %ld x 2\n", V.rows(), F.rows(), UV.rows());
-
     float area = 0;
     for (Eigen::Index t = 0; t < F.rows(); ++t) {
         const Eigen::Vector3f a = V.row(F(t, 0)), b = V.row(F(t, 1)), c = V.row(F(t, 2));
@@ -46,7 +45,8 @@ int main() {
     for (const bool wall : {true, false}) {
         std::vector<Eigen::Index> chosen;
         for (Eigen::Index v = 0; v < V.rows(); ++v) {
-            const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology().x()[pixel], y = made.layers.topology().y()[pixel];
+            const std::int32_t pixel = made.mesh.pixels[v], x = made.layers.topology().x()[pixel],
+                               y = made.layers.topology().y()[pixel];
             const float disparity = made.layers.column<ldi::disparity_column>()[pixel];
             const bool is_chosen = wall ? disparity < 0.05F && y < 220 : x > 115 && y > 358;
             if (is_chosen && made.layers.column<ldi::known_column>()[pixel] != 0) chosen.push_back(v);

@@ -191,7 +191,8 @@ template <class Layers, class Color>
 picture seen(const Layers& layers, bool farthest, Color&& color) {
     const ldi::graph& g = layers.topology();
     const auto& disparity = layers.template column<ldi::disparity_column>();
-    ldi::image<std::int32_t> pixel_at(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 1, ldi::no_pixel);
+    ldi::image<std::int32_t> pixel_at(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 1,
+                                      ldi::no_pixel);
     for (std::int32_t i = 0; i < static_cast<std::int32_t>(g.size()); ++i) {
         std::int32_t& there = pixel_at(g.y()[i], g.x()[i]);
         if (there == ldi::no_pixel || (disparity[i] < disparity[there]) == farthest) there = i;

@@ -55,7 +55,8 @@ inline sample load_sample(const rectangle& part, std::size_t shrink) {
 
 /// The photo seen by a phone's main camera, over the default range of distances.
 inline ldi::photo_facts facts_of(const sample& from) {
-    const std::int32_t width = static_cast<std::int32_t>(from.color.width()), height = static_cast<std::int32_t>(from.color.height());
+    const std::int32_t width = static_cast<std::int32_t>(from.color.width()),
+                       height = static_cast<std::int32_t>(from.color.height());
     ldi::photo_facts facts;
     facts.camera = {width, height, ldi::focal_length_from_35mm(26.0F, width, height)};
     return facts;

@@ -82,7 +82,8 @@ inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
     const graph& g = layers.topology();
     buffer<buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
     for (std::size_t i = 0; i < g.size(); ++i)
-        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])].push_back(i);
+        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])]
+            .push_back(i);
     const auto disparity = layers.column<disparity_column>();
     buffer<std::size_t> layer(g.size());
     for (buffer<std::size_t>& pixels : at) {
@@ -96,7 +97,8 @@ inline buffer<std::size_t> layer_of_pixels(const photo_layers& layers) {
 template <class Color>
 picture layer_picture(const photo_layers& layers, const buffer<std::size_t>& layer_of, std::size_t layer, Color&& color) {
     const graph& g = layers.topology();
-    picture p = image<std::uint8_t>(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 3, std::uint8_t{40});
+    picture p =
+        image<std::uint8_t>(static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()), 3, std::uint8_t{40});
     for (std::size_t i = 0; i < g.size(); ++i)
         if (layer_of[i] == layer) set(p, static_cast<std::size_t>(g.x()[i]), static_cast<std::size_t>(g.y()[i]), color(i));
     return p;
@@ -171,9 +173,9 @@ inline void save_stage_pictures(const photo3d& result, const std::filesystem::pa
     raster.samples = 2;
     raster.background = {255, 0, 255};
     for (const auto& [name, shift] : {std::pair{"12_view_from_left", 40.0F}, {"13_view_from_right", -40.0F}})
-        save(name, rasterize(result.mesh, result.atlas.color, moved_view(result.facts.camera, result.facts.range, 1.0F, shift),
-                             raster)
-                       .color);
+        save(name,
+             rasterize(result.mesh, result.atlas.color, moved_view(result.facts.camera, result.facts.range, 1.0F, shift), raster)
+                 .color);
 }
 
 }  // namespace ldi::examples

@@ -45,6 +45,7 @@
 #include <ldi/nn/ldi/convolution_plan.hpp>
 #include <ldi/nn/ldi/elementwise.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
+#include <ldi/nn/ldi/from_column.hpp>
 #include <ldi/nn/ldi/pixel_subset.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 #include <ldi/nn/ldi/weights.hpp>

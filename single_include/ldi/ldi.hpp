@@ -552,6 +552,66 @@ private:
 
 }  // namespace ldi
 
+// ---- ldi/base/array_view.hpp
+// `array_view<T>`: a non-owning view of an array. Like std::span, but any integer type indexes it without a cast.
+
+#include <span>
+#include <type_traits>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
+template <class T>
+class array_view {
+public:
+    using value_type = std::remove_const_t<T>;
+
+    constexpr array_view() = default;
+    constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
+    array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
+    array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
+    template <class U>
+    requires std::is_convertible_v<U (*)[], T (*)[]>
+    constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
+    template <class U>
+    requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
+        : array_view(values.data(), values.size()) {}
+
+    constexpr T* data() const { return data_; }
+    constexpr std::size_t size() const { return size_; }
+    /// size() as an index.
+    std::int32_t count() const {
+        LDI_ASSERT(size_ <= 0x7FFFFFFF);
+        return static_cast<std::int32_t>(size_);
+    }
+    constexpr bool empty() const { return size_ == 0; }
+    constexpr T* begin() const { return data_; }
+    constexpr T* end() const { return data_ + size_; }
+    template <std::integral Index>
+    constexpr T& operator[](Index i) const {
+        return data_[static_cast<std::size_t>(i)];
+    }
+    T& back() const { return data_[size_ - 1]; }
+    buffer<value_type> copy() const { return buffer<value_type>(begin(), end()); }
+
+    /// Compares the values.
+    friend bool operator==(array_view a, array_view b) {
+        if (a.size_ != b.size_) return false;
+        for (std::size_t i = 0; i < a.size_; ++i)
+            if (!(a.data_[i] == b.data_[i])) return false;
+        return true;
+    }
+    friend bool operator==(array_view a, const buffer<value_type>& b) {
+        return array_view<const value_type>(a) == array_view<const value_type>(b);
+    }
+
+private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+}  // namespace ldi
+
 // ---- ldi/base/executor.hpp
 // The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
 // Results never depend on the executor or on its number of threads.
@@ -561,7 +621,6 @@ private:
 #include <exception>
 #include <mutex>
 #include <thread>
-#include <type_traits>
 #include <vector>
 
 namespace ldi::inline LDI_CONFIGURATION {
@@ -840,8 +899,8 @@ struct depth_range {
 
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
-// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each column is one of
-// its rows.
+// neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
+// one of its rows. A graph never changes; core/graph_builder.hpp makes new ones.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
@@ -867,88 +926,265 @@ constexpr side opposite(side s) {
 constexpr std::int32_t step_x(side s) { return s == side::left ? -1 : s == side::right ? 1 : 0; }
 constexpr std::int32_t step_y(side s) { return s == side::up ? -1 : s == side::down ? 1 : 0; }
 
-/// Invariants (core/validate.hpp checks them): all columns have the same length; 0 <= x < width, 0 <= y < height; links are
-/// mutual, `right[left[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the other sides.
-///
-/// Order is canonical where a stage says so (core/canonical_order.hpp): scanline by scanline, in a scanline run by run.
-struct graph {
-    std::int32_t width = 0, height = 0;          ///< of the lattice
-    buffer<std::int32_t> x, y;                   ///< position, K each
-    buffer<std::int32_t> up, down, left, right;  ///< neighbor's index or no_pixel, K each
+class graph_builder;
 
-    std::size_t size() const { return x.size(); }
-    /// K as a pixel's index.
-    std::int32_t count() const { return x.count(); }
+namespace detail {
 
-    /// Positions on the lattice, W x H of them, and which of these (x, y) is, row by row.
-    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width} * height); }
-    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
-        return static_cast<std::size_t>(std::int64_t{at_y} * width + at_x);
-    }
-    std::size_t position_of(std::int32_t pixel) const { return position(x[pixel], y[pixel]); }
+/// The lattice and six index columns of K entries each, and how they are read. `Column` owns or shows one index column.
+template <class Column>
+class index_columns {
+public:
+    using index_view = array_view<const std::int32_t>;
 
-    buffer<std::int32_t>& neighbors(side s) { return const_cast<buffer<std::int32_t>&>(std::as_const(*this).neighbors(s)); }
-    const buffer<std::int32_t>& neighbors(side s) const {
-        switch (s) {
-            case side::up: return up;
-            case side::down: return down;
-            case side::left: return left;
-            case side::right: break;
-        }
-        return right;
-    }
+    /// Size of the lattice.
+    std::int32_t width() const { return width_; }
+    std::int32_t height() const { return height_; }
+
+    /// The number of pixels K.
+    std::size_t size() const { return x_.size(); }
+    /// K as an index.
+    std::int32_t count() const { return x_.count(); }
+
+    /// Positions of the pixels, K each.
+    index_view x() const { return x_; }
+    index_view y() const { return y_; }
+
+    /// Index of each pixel's neighbor on side `s`, or no_pixel; K of them.
+    index_view neighbors(side s) const { return neighbors_[static_cast<std::size_t>(s)]; }
+    index_view up() const { return neighbors(side::up); }
+    index_view down() const { return neighbors(side::down); }
+    index_view left() const { return neighbors(side::left); }
+    index_view right() const { return neighbors(side::right); }
 
     std::int32_t neighbor(std::int32_t pixel, side s) const { return neighbors(s)[pixel]; }
 
-    /// Makes room for K pixels; new ones are unset.
-    void resize(std::size_t count) {
-        for (buffer<std::int32_t>* column : {&x, &y, &up, &down, &left, &right}) column->resize(count);
+    /// The number of lattice positions, W x H.
+    std::size_t position_count() const { return static_cast<std::size_t>(std::int64_t{width_} * height_); }
+    /// Row-major index of a lattice position.
+    std::size_t position(std::int32_t at_x, std::int32_t at_y) const {
+        return static_cast<std::size_t>(std::int64_t{at_y} * width_ + at_x);
+    }
+    std::size_t position_of(std::int32_t pixel) const { return position(x_[pixel], y_[pixel]); }
+
+protected:
+    index_columns() = default;
+    index_columns(std::int32_t width, std::int32_t height) : width_(width), height_(height) {
+        LDI_ASSERT(width >= 0 && height >= 0);
+    }
+
+    Column& column(side s) { return neighbors_[static_cast<std::size_t>(s)]; }
+
+    std::int32_t width_ = 0, height_ = 0;
+    Column x_, y_, neighbors_[4];
+};
+
+}  // namespace detail
+
+/// Index columns that somebody else owns. Every function that reads a topology accepts one; a `graph` converts to it.
+///
+/// The owner keeps the invariants of `graph`; core/validate.hpp checks them.
+class graph_view : public detail::index_columns<array_view<const std::int32_t>> {
+public:
+    graph_view() = default;
+    /// Raises mismatch unless all columns have the same length.
+    ///
+    /// x, y                   K positions on a lattice of width x height
+    /// up, down, left, right  K neighbors each, an index below K or no_pixel
+    graph_view(std::int32_t width, std::int32_t height, index_view x, index_view y, index_view up, index_view down,
+               index_view left, index_view right)
+        : index_columns(width, height) {
+        x_ = x, y_ = y;
+        column(side::up) = up, column(side::down) = down, column(side::left) = left, column(side::right) = right;
+        for (const index_view& column : {y, up, down, left, right})
+            if (column.size() != x.size())
+                raise(error_code::mismatch, "graph_view", std::to_string(x.size()) + " entries in every index column",
+                      std::to_string(column.size()));
+    }
+};
+
+/// Owns its index columns and never changes. Invariants: all columns have the same length; 0 <= x < width, 0 <= y < height;
+/// links are mutual, `right()[left()[i]] == i`; the left neighbor of a pixel at (x, y) lies at (x - 1, y), and likewise on the
+/// other sides.
+///
+/// A stage documents whether it returns pixels in canonical order (core/canonical_order.hpp): by scanline, then by run.
+class graph : public detail::index_columns<buffer<std::int32_t>> {
+public:
+    /// A graph without pixels.
+    graph() = default;
+
+    operator graph_view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
+
+private:
+    friend graph_builder;
+    explicit graph(index_columns&& columns) : index_columns(std::move(columns)) {}
+};
+
+/// Whether two graphs have the same lattice and equal index columns.
+inline bool operator==(const graph_view& a, const graph_view& b) {
+    if (a.width() != b.width() || a.height() != b.height() || !(a.x() == b.x()) || !(a.y() == b.y())) return false;
+    for (const side s : all_sides)
+        if (!(a.neighbors(s) == b.neighbors(s))) return false;
+    return true;
+}
+
+}  // namespace ldi
+
+// ---- ldi/core/validate.hpp
+// Checks the invariants of a topology, and names the first broken one and its pixel. graph_builder::build() asserts the result;
+// check a graph_view over your own memory with it.
+
+#include <optional>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// The invariants, in the order in which they are checked.
+enum class invariant {
+    inside_lattice,      ///< 0 <= x < width and 0 <= y < height
+    neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
+    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
+    one_step_away,       ///< a neighbor lies one step to its side
+    canonical_order,     ///< pixels are in canonical order; only validate_canonical() checks this
+    disparity_in_range,  ///< disparities lie in [0, 1]; only validate() of layers checks this
+};
+
+constexpr std::string_view to_string(invariant i) {
+    switch (i) {
+        case invariant::inside_lattice: return "position inside the lattice";
+        case invariant::neighbor_in_range: return "neighbor index in range";
+        case invariant::mutual_links: return "mutual links";
+        case invariant::one_step_away: return "neighbor one step away";
+        case invariant::canonical_order: return "canonical order";
+        case invariant::disparity_in_range: return "disparity in [0, 1]";
+    }
+    return "unknown invariant";
+}
+
+/// The first broken invariant, and the pixel that breaks it.
+struct violation {
+    invariant broken;
+    std::int32_t pixel;
+};
+
+/// Nothing if all invariants of the topology hold. Linear time.
+inline std::optional<violation> validate(const graph_view& g) {
+    const std::int32_t count = g.count();
+    for (std::int32_t i = 0; i < count; ++i)
+        if (g.x()[i] < 0 || g.x()[i] >= g.width() || g.y()[i] < 0 || g.y()[i] >= g.height())
+            return violation{invariant::inside_lattice, i};
+    for (std::int32_t i = 0; i < count; ++i)
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbor_in_range, i};
+        }
+    for (std::int32_t i = 0; i < count; ++i)
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbor(i, s);
+            if (n != no_pixel && g.neighbor(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
+        }
+    for (std::int32_t i = 0; i < count; ++i)
+        for (side s : all_sides) {
+            const std::int32_t n = g.neighbor(i, s);
+            if (n == no_pixel) continue;
+            if (g.x()[n] != g.x()[i] + step_x(s) || g.y()[n] != g.y()[i] + step_y(s))
+                return violation{invariant::one_step_away, i};
+        }
+    return std::nullopt;
+}
+
+}  // namespace ldi
+
+// ---- ldi/core/graph_builder.hpp
+// Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// A graph in the making. Reads like a graph.
+///
+///     graph_builder b(6, 4);                             // a lattice of 6 x 4
+///     const auto a = b.add_pixel(0, 0), c = b.add_pixel(1, 0);
+///     b.link(a, side::right, c);
+///     const graph g = std::move(b).build();
+class graph_builder : public detail::index_columns<buffer<std::int32_t>> {
+public:
+    /// width, height  of the lattice, 0 or more
+    /// count          pixels, not linked, all at (0, 0)
+    graph_builder(std::int32_t width, std::int32_t height, std::size_t count = 0) : index_columns(width, height) {
+        x_.resize(count), y_.resize(count);
+        for (const side s : all_sides) column(s).resize(count, no_pixel);
+    }
+    /// The same with positions and neighbors not set, for those who set all of them through the views below.
+    graph_builder(std::int32_t width, std::int32_t height, std::size_t count, unset_t) : index_columns(width, height) {
+        x_.resize(count, unset), y_.resize(count, unset);
+        for (const side s : all_sides) column(s).resize(count, unset);
+    }
+    /// Starts from an existing graph, or from a copy of one that somebody else owns.
+    explicit graph_builder(graph g) : index_columns(std::move(g)) {}
+    explicit graph_builder(const graph_view& g) : index_columns(g.width(), g.height()) {
+        x_ = g.x().copy(), y_ = g.y().copy();
+        for (const side s : all_sides) column(s) = g.neighbors(s).copy();
     }
 
     /// Appends an unlinked pixel and returns its index.
-    std::int32_t add_pixel(std::int32_t pixel_x, std::int32_t pixel_y) {
-        x.push_back(pixel_x), y.push_back(pixel_y);
-        for (side s : all_sides) neighbors(s).push_back(no_pixel);
+    std::int32_t add_pixel(std::int32_t at_x, std::int32_t at_y) {
+        LDI_ASSERT(at_x >= 0 && at_y >= 0 && at_x < width_ && at_y < height_);
+        x_.push_back(at_x), y_.push_back(at_y);
+        for (const side s : all_sides) column(s).push_back(no_pixel);
         return count() - 1;
     }
 
-    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free.
+    /// Makes `b` the neighbor of `a` on side `s`, and `a` that of `b` on the opposite side. Both sides must be free, and `b` must
+    /// lie one step to that side.
     void link(std::int32_t a, side s, std::int32_t b) {
-        std::int32_t& there = neighbors(s)[a];
-        std::int32_t& back = neighbors(opposite(s))[b];
+        std::int32_t& there = column(s)[a];
+        std::int32_t& back = column(opposite(s))[b];
         LDI_ASSERT(there == no_pixel && back == no_pixel);
+        LDI_ASSERT(x_[b] == x_[a] + step_x(s) && y_[b] == y_[a] + step_y(s));
         there = b, back = a;
     }
 
     /// Removes the link of `a` on side `s`, if there is one.
     void unlink(std::int32_t a, side s) {
-        std::int32_t& there = neighbors(s)[a];
+        std::int32_t& there = column(s)[a];
         if (there == no_pixel) return;
-        neighbors(opposite(s))[there] = no_pixel;
+        column(opposite(s))[there] = no_pixel;
         there = no_pixel;
     }
+
+    /// Index columns to write in bulk, K each. build() checks in debug builds that the result keeps the invariants.
+    array_view<std::int32_t> write_x() { return x_; }
+    array_view<std::int32_t> write_y() { return y_; }
+    array_view<std::int32_t> write_neighbors(side s) { return column(s); }
+
+    /// The finished graph. Asserts its invariants (linear time, debug builds only).
+    graph build() && {
+        LDI_ASSERT(!validate(view()));
+        return graph(std::move(*this));
+    }
+
+private:
+    graph_view view() const { return graph_view(width_, height_, x_, y_, up(), down(), left(), right()); }
 };
 
 /// A fully linked single layer: what an ordinary image is. Pixel (x, y) has index y * width + x. Raises too_large if there are
 /// 2^31 pixels or more.
 inline graph make_grid(std::int32_t width, std::int32_t height) {
-    LDI_ASSERT(width >= 0 && height >= 0);
-    graph g;
-    g.width = width, g.height = height;
-    if (g.position_count() > 0x7FFFFFFF)
+    const std::int64_t pixels = std::int64_t{width} * height;
+    if (pixels > 0x7FFFFFFF)
         raise(error_code::too_large, "make_grid", "fewer than 2^31 pixels",
               std::to_string(width) + " x " + std::to_string(height));
-    g.resize(g.position_count());
+    graph_builder g(width, height, static_cast<std::size_t>(pixels), unset);
+    const array_view<std::int32_t> up = g.write_neighbors(side::up), down = g.write_neighbors(side::down);
+    const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
     std::int32_t i = 0;
     for (std::int32_t y = 0; y < height; ++y)
         for (std::int32_t x = 0; x < width; ++x, ++i) {
-            g.x[i] = x, g.y[i] = y;
-            g.up[i] = y > 0 ? i - width : no_pixel;
-            g.down[i] = y + 1 < height ? i + width : no_pixel;
-            g.left[i] = x > 0 ? i - 1 : no_pixel;
-            g.right[i] = x + 1 < width ? i + 1 : no_pixel;
+            g.write_x()[i] = x, g.write_y()[i] = y;
+            up[i] = y > 0 ? i - width : no_pixel;
+            down[i] = y + 1 < height ? i + width : no_pixel;
+            left[i] = x > 0 ? i - 1 : no_pixel;
+            right[i] = x + 1 < width ? i + 1 : no_pixel;
         }
-    return g;
+    return std::move(g).build();
 }
 
 }  // namespace ldi
@@ -957,29 +1193,27 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
 // The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
 // first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
 
-#include <span>
-
 namespace ldi::inline LDI_CONFIGURATION {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
 /// disparity  K values without NaN, larger is nearer; breaks ties between runs that start at the same position. Empty: the old
 ///            order does.
-inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const float> disparity = {}) {
+inline buffer<std::int32_t> canonical_order(const graph_view& g, std::span<const float> disparity = {}) {
     LDI_ASSERT(disparity.empty() || disparity.size() == g.size());
     // Count the runs of every scanline, then file their first pixels by scanline.
-    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height) + 1, 0);
+    buffer<std::size_t> first_run(static_cast<std::size_t>(g.height()) + 1, 0);
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (g.left[i] == no_pixel) ++first_run[g.y[i] + 1];
+        if (g.left()[i] == no_pixel) ++first_run[g.y()[i] + 1];
     for (std::size_t y = 1; y < first_run.size(); ++y) first_run[y] += first_run[y - 1];
     buffer<std::int32_t> starts(first_run.back());
     buffer<std::size_t> next(first_run.begin(), first_run.end() - 1);
     for (std::int32_t i = 0; i < g.count(); ++i)
-        if (g.left[i] == no_pixel) starts[next[g.y[i]]++] = i;
+        if (g.left()[i] == no_pixel) starts[next[g.y()[i]]++] = i;
 
     const float* const nearness = disparity.empty() ? nullptr : disparity.data();
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        if (g.x[a] != g.x[b]) return g.x[a] < g.x[b];
+        if (g.x()[a] != g.x()[b]) return g.x()[a] < g.x()[b];
         if (nearness != nullptr && nearness[a] != nearness[b]) return nearness[a] > nearness[b];
         return a < b;
     };
@@ -989,7 +1223,7 @@ inline buffer<std::int32_t> canonical_order(const graph& g, std::span<const floa
         const auto first = starts.begin() + first_run[y], last = starts.begin() + first_run[y + 1];
         std::sort(first, last, before);
         for (auto start = first; start != last; ++start)
-            for (std::int32_t i = *start; i != no_pixel; i = g.right[i]) order.push_back(i);
+            for (std::int32_t i = *start; i != no_pixel; i = g.right()[i]) order.push_back(i);
     }
     return order;
 }
@@ -1005,23 +1239,31 @@ buffer<Scalar> reordered(const buffer<Scalar>& column, std::span<const std::int3
 }
 
 /// The same graph with pixel `order[i]` moved to index i. `order` is a permutation of all pixels.
-inline graph reordered(const graph& g, std::span<const std::int32_t> order) {
+inline graph reordered(const graph_view& g, std::span<const std::int32_t> order) {
     LDI_ASSERT(order.size() == g.size());
     buffer<std::int32_t> new_index(g.size());
     for (std::int32_t i = 0; i < g.count(); ++i) new_index[order.data()[i]] = i;
-    graph result;
-    result.width = g.width, result.height = g.height;
-    result.x = reordered(g.x, order), result.y = reordered(g.y, order);
+    graph_builder result(g.width(), g.height(), g.size(), unset);
+    const auto write = [&](array_view<std::int32_t> to, array_view<const std::int32_t> from) {
+        for (std::size_t i = 0; i < order.size(); ++i) to[i] = from[order[i]];
+    };
+    write(result.write_x(), g.x()), write(result.write_y(), g.y());
     for (side s : all_sides) {
-        const buffer<std::int32_t>& from = g.neighbors(s);
-        buffer<std::int32_t>& to = result.neighbors(s);
-        to.resize(order.size());
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            const std::int32_t neighbor = from[order[i]];
-            to[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
-        }
+        const array_view<std::int32_t> to = result.write_neighbors(s);
+        write(to, g.neighbors(s));
+        for (std::int32_t& neighbor : to)
+            if (neighbor != no_pixel) neighbor = new_index[neighbor];
     }
-    return result;
+    return std::move(result).build();
+}
+
+/// validate(), and that pixels are in canonical order. `disparity` as in canonical_order().
+inline std::optional<violation> validate_canonical(const graph_view& g, std::span<const float> disparity = {}) {
+    if (const std::optional<violation> broken = validate(g)) return broken;
+    const buffer<std::int32_t> order = canonical_order(g, disparity);
+    for (std::int32_t i = 0; i < order.count(); ++i)
+        if (order[i] != i) return violation{invariant::canonical_order, i};
+    return std::nullopt;
 }
 
 }  // namespace ldi
@@ -1041,17 +1283,17 @@ struct pixel_run {
 
 /// Calls `visit(pixel_run)` for the longest runs, which together hold every pixel once, in order.
 template <class Visit>
-void for_each_run(const graph& g, Visit&& visit) {
+void for_each_run(const graph_view& g, Visit&& visit) {
     const std::int32_t count = g.count();
     for (std::int32_t first = 0, last; first < count; first = last) {
         last = first + 1;
-        while (last < count && g.right[last - 1] == last) ++last;
+        while (last < count && g.right()[last - 1] == last) ++last;
         visit(pixel_run{first, last});
     }
 }
 
 /// The runs of for_each_run().
-inline buffer<pixel_run> runs_of(const graph& g) {
+inline buffer<pixel_run> runs_of(const graph_view& g) {
     buffer<pixel_run> runs;
     for_each_run(g, [&](pixel_run r) { runs.push_back(r); });
     return runs;
@@ -1065,7 +1307,7 @@ inline buffer<pixel_run> runs_of(const graph& g) {
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// A graph at half resolution and how it hangs together with the one it comes from.
+/// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
     graph topology;               ///< the coarse graph, on a lattice of (width + 1) / 2 x (height + 1) / 2
     buffer<std::int32_t> kept;    ///< per coarse pixel: the index of the fine pixel that it is; ascending
@@ -1083,7 +1325,7 @@ enum class orphan_rule {
 namespace detail {
 /// The pixel at the even/even corner of a pixel's 2 x 2 group that breadth-first exploration inside the group, in the order up,
 /// down, left, right, finds first; no_pixel if none.
-inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
+inline std::int32_t corner_of_group(const graph_view& g, std::int32_t pixel) {
     const auto follow = [&](std::initializer_list<side> path) {
         std::int32_t at = pixel;
         for (side s : path)
@@ -1091,7 +1333,7 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
         return at;
     };
     const auto first = [](std::int32_t a, std::int32_t b) { return a != no_pixel ? a : b; };
-    const bool odd_x = g.x[pixel] % 2 == 1, odd_y = g.y[pixel] % 2 == 1;
+    const bool odd_x = g.x()[pixel] % 2 == 1, odd_y = g.y()[pixel] % 2 == 1;
     if (odd_x && odd_y) return first(follow({side::up, side::left}), follow({side::left, side::up}));
     if (odd_x) return first(follow({side::left}), follow({side::down, side::left, side::up}));
     if (odd_y) return first(follow({side::up}), follow({side::right, side::up, side::left}));
@@ -1099,35 +1341,36 @@ inline std::int32_t corner_of_group(const graph& g, std::int32_t pixel) {
 }
 
 /// The first pixel of a run that is kept, in a row of even y; `last` if there is none.
-inline std::int32_t first_kept(const graph& g, const pixel_run& run) { return run.first + (g.x[run.first] & 1); }
+inline std::int32_t first_kept(const graph_view& g, const pixel_run& run) { return run.first + (g.x()[run.first] & 1); }
 
-/// Fills in what is kept and where it lies, and makes each kept pixel its own parent.
-inline void keep_even_pixels(const graph& g, std::span<const pixel_run> runs, coarsened& result) {
-    const auto is_even_row = [&](const pixel_run& run) { return (g.y[run.first] & 1) == 0; };
+/// Sets the kept pixels and their positions, and makes each its own parent.
+inline graph_builder keep_even_pixels(const graph_view& g, std::span<const pixel_run> runs, coarsened& result) {
+    const auto is_even_row = [&](const pixel_run& run) { return (g.y()[run.first] & 1) == 0; };
     std::size_t count = 0;
     for (const pixel_run& run : runs)
         if (is_even_row(run)) count += static_cast<std::size_t>(run.last - first_kept(g, run) + 1) / 2;
     result.kept.resize(count);
-    result.topology.resize(count);
+    graph_builder coarse((g.width() + 1) / 2, (g.height() + 1) / 2, count, unset);
     result.parent.assign(g.size(), no_pixel);
     std::size_t n = 0;
     for (const pixel_run& run : runs) {
         if (!is_even_row(run)) continue;
-        const std::int32_t y = g.y[run.first] / 2;
-        std::int32_t x = (g.x[run.first] + 1) / 2;
+        const std::int32_t y = g.y()[run.first] / 2;
+        std::int32_t x = (g.x()[run.first] + 1) / 2;
         for (std::int32_t i = first_kept(g, run); i < run.last; i += 2, ++n, ++x) {
             result.kept[n] = i;
-            result.topology.x[n] = x, result.topology.y[n] = y;
+            coarse.write_x()[n] = x, coarse.write_y()[n] = y;
             result.parent[i] = static_cast<std::int32_t>(n);
         }
     }
+    return coarse;
 }
 
 /// Links kept pixels that a straight path of two links joins.
-inline void link_kept_pixels(const graph& g, coarsened& result) {
+inline void link_kept_pixels(const graph_view& g, const coarsened& result, graph_builder& made) {
     for (side s : all_sides) {
-        const buffer<std::int32_t>& fine = g.neighbors(s);
-        buffer<std::int32_t>& coarse = result.topology.neighbors(s);
+        const array_view<const std::int32_t> fine = g.neighbors(s);
+        const array_view<std::int32_t> coarse = made.write_neighbors(s);
         for (std::size_t i = 0; i < result.kept.size(); ++i) {
             const std::int32_t between = fine[result.kept[i]];
             const std::int32_t other = between == no_pixel ? no_pixel : fine[between];
@@ -1137,20 +1380,20 @@ inline void link_kept_pixels(const graph& g, coarsened& result) {
 }
 
 /// The parents of those pixels of a run that are not kept, as corner_of_group() has them; its first way is nearly always open.
-inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32_t>& parent) {
+inline void find_parents(const graph_view& g, const pixel_run& run, buffer<std::int32_t>& parent) {
     const auto by_corner = [&](std::int32_t pixel) {
         const std::int32_t corner = corner_of_group(g, pixel);
         return corner == no_pixel ? no_pixel : parent[corner];
     };
     const std::int32_t odd = first_kept(g, run) ^ 1;  // has the parity of the indices of pixels at odd x
-    if ((g.y[run.first] & 1) == 0) {
+    if ((g.y()[run.first] & 1) == 0) {
         if ((run.first ^ odd) % 2 == 0) parent[run.first] = by_corner(run.first);
         for (std::int32_t i = first_kept(g, run) + 1; i < run.last; i += 2) parent[i] = parent[i - 1];
         return;
     }
     for (std::int32_t i = run.first; i < run.last; ++i) {
-        std::int32_t corner = g.up[i];
-        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left[corner];
+        std::int32_t corner = g.up()[i];
+        if (corner != no_pixel && (i ^ odd) % 2 == 0) corner = g.left()[corner];
         parent[i] = corner == no_pixel ? by_corner(i) : parent[corner];
     }
 }
@@ -1160,7 +1403,7 @@ inline void find_parents(const graph& g, const pixel_run& run, buffer<std::int32
 ///
 /// Linear time, because the shortest path that exploration finds first starts with the first side that leads nearer, and goes on
 /// as the neighbor's own path does: pixels can be settled in the order of their distance.
-inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
+inline void adopt_nearest_parent(const graph_view& g, buffer<std::int32_t>& parent) {
     constexpr std::int32_t pending = no_pixel - 1;  // in the next ring already: it must not be put there twice
     const auto parent_beside = [&](std::int32_t pixel) {
         for (side s : all_sides) {
@@ -1202,16 +1445,125 @@ inline void adopt_nearest_parent(const graph& g, buffer<std::int32_t>& parent) {
 /// A kept pixel is its own parent. Any other pixel collapses to the kept pixel of its 2 x 2 group that links inside the group
 /// lead to; from the odd/odd pixel, up then left is tried before left then up. For a pixel that has none, `orphans` decides;
 /// where they adopt, the parent is no_pixel only where a whole component has no kept pixel.
-inline coarsened coarsen(const graph& g, orphan_rule orphans = orphan_rule::stay) {
+inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule::stay) {
     coarsened result;
-    result.topology.width = (g.width + 1) / 2, result.topology.height = (g.height + 1) / 2;
     const buffer<pixel_run> runs = runs_of(g);
-    detail::keep_even_pixels(g, runs, result);
-    detail::link_kept_pixels(g, result);
+    graph_builder coarse = detail::keep_even_pixels(g, runs, result);
+    detail::link_kept_pixels(g, result, coarse);
+    result.topology = std::move(coarse).build();
     for (const pixel_run& run : runs) detail::find_parents(g, run, result.parent);
     if (orphans == orphan_rule::adopt_nearest) detail::adopt_nearest_parent(g, result.parent);
     return result;
 }
+
+}  // namespace ldi
+
+// ---- ldi/core/columns.hpp
+// Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
+// stages add, the pixels of coarser levels, and the vertices of a mesh.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
+/// called once per channel; the defaults hold where a tag has none.
+///
+///     struct material {
+///         using scalar = std::uint8_t;
+///         static constexpr std::size_t channels = 1;
+///         // Value of a hidden pixel that continues the surface of a photo pixel. Default: ldi::copied.
+///         static scalar new_pixel(scalar origin) { return ldi::copied(origin); }
+///         // Value of a pixel at half resolution, from the values that it stands for. Default: ldi::averaged.
+///         static scalar coarser(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///         // Value of a vertex, from the one to four pixels of its surface around it. Default: ldi::averaged.
+///         static scalar at_vertex(ldi::array_view<const scalar> values) { return ldi::first_of(values); }
+///     };
+template <class T>
+concept payload_column = requires {
+    typename T::scalar;
+    { T::channels } -> std::convertible_to<std::size_t>;
+};
+
+/// Rules for new pixels.
+template <class Scalar>
+constexpr Scalar copied(Scalar origin) {
+    return origin;
+}
+template <class Scalar>
+constexpr Scalar zeroed(Scalar) {
+    return Scalar{};
+}
+
+/// Rules for coarser levels and vertices. `values` has at least one element; the first is the kept pixel's, or the nearest one's.
+template <class Scalar>
+Scalar first_of(array_view<const Scalar> values) {
+    return values[0];
+}
+/// The mean, rounded half away from zero for integers.
+template <class Scalar>
+Scalar averaged(array_view<const Scalar> values) {
+    double sum = 0;
+    for (const Scalar value : values) sum += static_cast<double>(value);
+    const double mean = sum / static_cast<double>(values.size());
+    if constexpr (std::is_integral_v<Scalar>)
+        return static_cast<Scalar>(std::round(mean));
+    else
+        return static_cast<Scalar>(mean);
+}
+
+namespace detail {
+
+template <payload_column Column>
+typename Column::scalar new_pixel_value(typename Column::scalar origin) {
+    if constexpr (requires { Column::new_pixel(origin); })
+        return Column::new_pixel(origin);
+    else
+        return copied(origin);
+}
+
+template <payload_column Column>
+typename Column::scalar coarser_value(array_view<const typename Column::scalar> values) {
+    if constexpr (requires { Column::coarser(values); })
+        return Column::coarser(values);
+    else
+        return averaged(values);
+}
+
+template <payload_column Column>
+typename Column::scalar vertex_value(array_view<const typename Column::scalar> values) {
+    if constexpr (requires { Column::at_vertex(values); })
+        return Column::at_vertex(values);
+    else
+        return averaged(values);
+}
+
+}  // namespace detail
+
+/// Red, green, blue as in the photo (sRGB), 0 to 255. Undefined where known_column is 0.
+struct color_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 3;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }  // until it is inpainted
+};
+
+/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
+struct disparity_column {
+    using scalar = float;
+    static constexpr std::size_t channels = 1;
+};
+
+/// 1 where the photo shows the color, 0 where it must be inpainted.
+struct known_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+};
+
+/// Near a silhouette: the share of the nearer surface in the photo's color, 0 to 255. 0 elsewhere.
+struct matte_column {
+    using scalar = std::uint8_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
+};
 
 }  // namespace ldi
 
@@ -1297,7 +1649,7 @@ struct components {
 
 /// The connected components of a graph in any order, in almost linear time. Fastest in canonical order, where linked pixels of
 /// a scanline stand side by side: the sets that are merged are then runs, not pixels.
-inline components connected_components(const graph& g) {
+inline components connected_components(const graph_view& g) {
     components result;
     const std::size_t count = g.size();
 
@@ -1311,12 +1663,12 @@ inline components connected_components(const graph& g) {
     }
 
     for (std::int32_t run = 0; run < runs.count(); ++run) {
-        const std::int32_t left = g.left[runs[run].first];
+        const std::int32_t left = g.left()[runs[run].first];
         if (left != no_pixel) sets.merge(run, run_of[left]);
         // Most pixels of a run look up at the same run as the pixel before them: [merged_first, merged_last) is merged already.
         std::int32_t merged_first = 0, merged_last = 0;
         for (std::int32_t i = runs[run].first; i < runs[run].last; ++i) {
-            const std::int32_t above = g.up[i];
+            const std::int32_t above = g.up()[i];
             if (above == no_pixel || (above >= merged_first && above < merged_last)) continue;
             const std::int32_t run_above = run_of[above];
             sets.merge(run, run_above);
@@ -1706,6 +2058,371 @@ bool same_shape(const auto& a, const auto& b) {
 
 }  // namespace ldi
 
+// ---- ldi/core/layered_image.hpp
+// A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
+//
+//     layered_image<Columns...>   owns both; a value that travels through the stages
+//     layered_view<Columns...>    shows a graph and columns that somebody else owns
+//     single_layer<Columns...>    one layer in the order of the photo: lift() makes it, expand() turns it into a layered image
+
+#include <tuple>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// What edit_links() lets its argument change: the links between pixels, not the pixels.
+class link_editor {
+public:
+    explicit link_editor(graph_builder& g) : graph_(g) {}
+
+    std::int32_t neighbor(std::int32_t pixel, side s) const { return graph_.neighbor(pixel, s); }
+    /// As graph_builder::link() and unlink().
+    void link(std::int32_t a, side s, std::int32_t b) { graph_.link(a, s, b); }
+    void unlink(std::int32_t a, side s) { graph_.unlink(a, s); }
+
+private:
+    graph_builder& graph_;
+};
+
+/// Successive pixels of a layered image that grow() makes.
+struct grown_piece {
+    std::int32_t first;  ///< old pixels: index of the first one. New pixels: index of the first one's entry in `origins`
+    std::int32_t count;
+    bool is_new;
+};
+
+/// What the argument of grow() returns.
+struct grown_pixels {
+    graph topology;                ///< of all pixels, old and new
+    buffer<grown_piece> pieces;    ///< sources of its pixels in the order of their indices; every old pixel occurs once
+    buffer<std::int32_t> origins;  ///< the old pixel that each new one continues
+};
+
+namespace detail {
+
+/// Reads the scalars of one pixel.
+template <class Column, class Scalar>
+std::span<Scalar, Column::channels> pixel_scalars(array_view<Scalar> column, std::int32_t pixel) {
+    return std::span<Scalar, Column::channels>(column.data() + static_cast<std::size_t>(pixel) * Column::channels,
+                                               Column::channels);
+}
+
+[[noreturn]] inline void refuse_column_length(std::size_t expected, std::size_t found) {
+    raise(error_code::mismatch, "layered image", std::to_string(expected) + " scalars in a column", std::to_string(found));
+}
+
+}  // namespace detail
+
+/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major. Every column has one row per pixel at all
+/// times: pixels are added, removed and moved only by members that take all columns along.
+///
+///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+///     layered_image<disparity_column, normal> surfaces(make_grid(6, 4));
+///     surfaces.column<normal>()[3 * i + 2]
+template <payload_column... Columns>
+class layered_image {
+public:
+    /// Whether there is such a column.
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    layered_image() = default;
+    /// Columns are zero.
+    explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
+        (set_column<Columns>(std::move(columns)), ...);
+    }
+    /// Takes the graph and the columns that both have; other columns are zero.
+    template <payload_column... Others>
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
+        : graph_(std::move(other.graph_)) {
+        const auto take = [&]<class Column>(const Column&) {
+            if constexpr (layered_image<Others...>::template has<Column>)
+                values<Column>() = std::move(other.template values<Column>());
+            else
+                zero_column<Column>();
+        };
+        (take(Columns{}), ...);
+        other = {};
+    }
+    layered_image(const layered_image&) = default;
+    layered_image& operator=(const layered_image&) = default;
+    /// The moved-from image is empty.
+    layered_image(layered_image&& other) noexcept
+        : graph_(std::exchange(other.graph_, {})), columns_(std::exchange(other.columns_, {})) {}
+    layered_image& operator=(layered_image&& other) noexcept {
+        graph_ = std::exchange(other.graph_, {}), columns_ = std::exchange(other.columns_, {});
+        return *this;
+    }
+
+    const graph& topology() const { return graph_; }
+    /// The number of pixels K.
+    std::size_t size() const { return graph_.size(); }
+
+    /// K x channels scalars.
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return values<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<storage<Column>>(columns_).values;
+    }
+
+    /// The scalars of one pixel.
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+    /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
+        values<Column>() = std::move(scalars);
+    }
+
+    /// Calls edit(link_editor&), which may link and unlink pixels.
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        struct restorer {  // puts the graph back even if `edit` throws
+            graph& to;
+            graph_builder builder;
+            ~restorer() { to = std::move(builder).build(); }
+        } r{graph_, graph_builder(std::move(graph_))};
+        link_editor editor(r.builder);
+        edit(editor);
+    }
+
+    /// Moves pixel `order[i]` to index i. `order` is a permutation of all pixels.
+    void reorder(std::span<const std::int32_t> order) {
+        graph_ = reordered(graph_, order);
+        ((values<Columns>() = reordered(values<Columns>(), order, Columns::channels)), ...);
+    }
+
+    /// Removes the pixels whose entry in `kept` is 0, with their links. The others stay in their order.
+    ///
+    /// kept  K, one per pixel
+    void keep(std::span<const std::uint8_t> kept) {
+        LDI_ASSERT(kept.size() == size());
+        buffer<std::int32_t> old_index, new_index(size(), no_pixel);
+        for (std::int32_t i = 0; i < graph_.count(); ++i)
+            if (kept.data()[i] != 0) new_index[i] = old_index.count(), old_index.push_back(i);
+        graph_builder b(graph_.width(), graph_.height(), old_index.size(), unset);
+        for (std::size_t i = 0; i < old_index.size(); ++i) {
+            const std::int32_t old = old_index[i];
+            b.write_x()[i] = graph_.x()[old], b.write_y()[i] = graph_.y()[old];
+            for (const side s : all_sides) {
+                const std::int32_t neighbor = graph_.neighbor(old, s);
+                b.write_neighbors(s)[i] = neighbor == no_pixel ? no_pixel : new_index[neighbor];
+            }
+        }
+        graph_ = std::move(b).build();
+        ((values<Columns>() = reordered(values<Columns>(), old_index, Columns::channels)), ...);
+    }
+
+    /// Adds pixels: make(graph_builder) edits the topology that it receives and returns grown_pixels. New pixels get their values
+    /// from the pixels that they continue, by the rules of the columns. Returns grown_pixels::pieces. If `make` throws, the image
+    /// is empty.
+    template <class Make>
+    buffer<grown_piece> grow(Make&& make) {
+        struct cleaner {
+            layered_image* image;
+            ~cleaner() {
+                if (image != nullptr) *image = layered_image();
+            }
+        } unless_grown{this};
+        const std::size_t old_count = size();
+        grown_pixels grown = make(graph_builder(std::move(graph_)));
+        LDI_ASSERT(grown.topology.size() == old_count + grown.origins.size());
+        ((values<Columns>() = grown_column<Columns>(grown, old_count)), ...);
+        graph_ = std::move(grown.topology);
+        unless_grown.image = nullptr;
+        return std::move(grown.pieces);
+    }
+
+private:
+    template <payload_column...>
+    friend class layered_image;
+
+    template <class Column>
+    struct storage {
+        buffer<typename Column::scalar> values;
+    };
+
+    template <class Column>
+    buffer<typename Column::scalar>& values() {
+        return std::get<storage<Column>>(columns_).values;
+    }
+    template <class Column>
+    void zero_column() {
+        values<Column>() = buffer<typename Column::scalar>(size() * Column::channels);
+    }
+
+    template <class Column>
+    buffer<typename Column::scalar> grown_column(const grown_pixels& grown, [[maybe_unused]] std::size_t old_count) const {
+        buffer<typename Column::scalar> result(grown.topology.size() * Column::channels, unset);
+        typename Column::scalar* to = result.data();
+        for (const grown_piece& p : grown.pieces) {
+            if (!p.is_new) {
+                LDI_ASSERT(p.first >= 0 && p.count > 0 && static_cast<std::size_t>(p.first + p.count) <= old_count);
+                to = std::copy_n(at<Column>(p.first).data(), static_cast<std::size_t>(p.count) * Column::channels, to);
+                continue;
+            }
+            for (std::int32_t i = p.first; i < p.first + p.count; ++i)
+                for (const typename Column::scalar& value : at<Column>(grown.origins[i]))
+                    *to++ = detail::new_pixel_value<Column>(value);
+        }
+        LDI_ASSERT(to == result.end());
+        return result;
+    }
+
+    graph graph_;
+    std::tuple<storage<Columns>...> columns_;
+};
+
+/// A type with the given column, and maybe others: a layered_image, a layered_view or a single_layer.
+template <class Layers, class Column>
+concept has_column = requires {
+    requires std::remove_cvref_t<Layers>::template has<Column>;
+};
+
+/// A type with all of the given columns, and maybe more.
+template <class Layers, class... Columns>
+concept has_columns = (has_column<Layers, Columns> && ...);
+
+/// Shows a layered image that somebody else owns, or a part of its columns. Stages that only read accept it.
+template <payload_column... Columns>
+class layered_view {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
+    explicit layered_view(const graph_view& g, array_view<const typename Columns::scalar>... columns)
+        : graph_(g), columns_(shown<Columns>{columns}...) {
+        const auto check = [&](std::size_t expected, std::size_t found) {
+            if (found != expected) detail::refuse_column_length(expected, found);
+        };
+        (check(g.size() * Columns::channels, columns.size()), ...);
+    }
+    template <has_columns<Columns...> Layers>
+    layered_view(const Layers& layers) : layered_view(layers.topology(), layers.template column<Columns>()...) {}
+
+    const graph_view& topology() const { return graph_; }
+    std::size_t size() const { return graph_.size(); }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return std::get<shown<Column>>(columns_).values;
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return detail::pixel_scalars<Column>(column<Column>(), pixel);
+    }
+
+private:
+    template <class Column>
+    struct shown {
+        array_view<const typename Column::scalar> values;
+    };
+
+    graph_view graph_;
+    std::tuple<shown<Columns>...> columns_;
+};
+
+namespace detail {
+struct expansion_access;
+}
+
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// expand() turns it into a layered image.
+template <payload_column... Columns>
+class single_layer {
+public:
+    template <class Column>
+    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
+
+    single_layer() = default;
+    /// Raises mismatch unless the pixels are those of one layer in the photo's order.
+    explicit single_layer(layered_image<Columns...> layers) : layers_(std::move(layers)) {
+        const graph& g = topology();
+        bool in_order = g.size() == g.position_count();
+        for (std::int32_t i = 0; in_order && i < g.count(); ++i) in_order = g.position_of(i) == static_cast<std::size_t>(i);
+        if (!in_order)
+            raise(error_code::mismatch, "single_layer",
+                  std::to_string(g.width()) + " x " + std::to_string(g.height()) + " pixels, row by row", "others");
+    }
+
+    const graph& topology() const { return layers_.topology(); }
+    std::size_t size() const { return layers_.size(); }
+    template <payload_column Column>
+    array_view<typename Column::scalar> column() {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    array_view<const typename Column::scalar> column() const {
+        return layers_.template column<Column>();
+    }
+    template <payload_column Column>
+    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
+        return layers_.template at<Column>(pixel);
+    }
+    template <payload_column Column>
+    void set_column(buffer<typename Column::scalar> scalars) {
+        layers_.template set_column<Column>(std::move(scalars));
+    }
+    template <class Edit>
+    void edit_links(Edit&& edit) {
+        layers_.edit_links(edit);
+    }
+
+    /// The same layer with one more column.
+    ///
+    /// scalars  K x channels, row-major. Raises mismatch for any other length.
+    ///
+    ///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
+    ///     auto layer = ldi::lift(photo, disparity).with<normal>(normals);  // stays with its pixels, up to the mesh
+    template <payload_column Column>
+    single_layer<Columns..., Column> with(buffer<typename Column::scalar> scalars) && {
+        static_assert(!has<Column>);
+        single_layer<Columns..., Column> result;
+        result.layers_ = layered_image<Columns..., Column>(std::move(layers_));
+        result.template set_column<Column>(std::move(scalars));
+        return result;
+    }
+
+private:
+    template <payload_column...>
+    friend class single_layer;
+    friend detail::expansion_access;
+
+    layered_image<Columns...> layers_;
+};
+
+/// The layered image that a photo becomes, and the layer that it starts from.
+using photo_layers = layered_image<color_column, disparity_column, known_column, matte_column>;
+using photo_layer = single_layer<color_column, disparity_column, known_column, matte_column>;
+
+/// validate() of the topology, and that disparities lie in [0, 1].
+template <has_column<disparity_column> Layers>
+std::optional<violation> validate(const Layers& layers) {
+    if (const std::optional<violation> broken = validate(graph_view(layers.topology()))) return broken;
+    const array_view<const float> disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < disparity.count(); ++i)
+        if (!(disparity[i] >= 0.0F && disparity[i] <= 1.0F)) return violation{invariant::disparity_in_range, i};
+    return std::nullopt;
+}
+
+}  // namespace ldi
+
 // ---- ldi/core/surface.hpp
 // The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
 
@@ -1725,297 +2442,19 @@ struct surface_rule {
 
 }  // namespace ldi
 
-// ---- ldi/core/layered_image.hpp
-// A layered depth image: a graph and payload columns of the same length. The payload is the user's choice: each column is named
-// by a tag type that says what a pixel holds. One value of this type carries everything from lifting to texturing.
-
-#include <tuple>
+// ---- ldi/core/photo_facts.hpp
+// Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// A column tag: the scalar, and how many of them a pixel holds. It may also say what a pixel that a stage adds gets:
-///
-///     static constexpr ldi::new_pixels at_new_pixels = ldi::new_pixels::zero;
-///
-/// Otherwise a new pixel gets a copy from the pixel of the photo whose surface it continues.
-template <class T>
-concept payload_column = requires {
-    typename T::scalar;
-    { T::channels } -> std::convertible_to<std::size_t>;
-};
-
-/// The value that pixels added by expand() get in a column.
-enum class new_pixels {
-    copy,  ///< that of the pixel of the photo that they grew from
-    zero,
-};
-
-/// The rule that a column gives for new pixels, or the default.
-template <payload_column Column>
-constexpr new_pixels at_new_pixels() {
-    if constexpr (requires { Column::at_new_pixels; })
-        return Column::at_new_pixels;
-    else
-        return new_pixels::copy;
-}
-
-/// red, green, blue as the photo has them (sRGB), 0 to 255. Undefined where known_column is 0.
-struct color_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 3;
-    static constexpr new_pixels at_new_pixels = new_pixels::zero;  // until it is inpainted
-};
-
-/// Disparity in [0, 1], larger is nearer; 0 is the farthest and 1 the nearest surface of the photo.
-struct disparity_column {
-    using scalar = float;
-    static constexpr std::size_t channels = 1;
-};
-
-/// 1 where the photo gives the color, 0 where it must be inpainted.
-struct known_column {
-    using scalar = std::uint8_t;
-    static constexpr std::size_t channels = 1;
-    static constexpr new_pixels at_new_pixels = new_pixels::zero;
-};
-
-/// A graph with K pixels and, for each column, K rows of `channels` scalars, row-major.
-///
-///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-///     layered_image<disparity_column, normal> surfaces;
-///     surfaces.column<normal>()[3 * i + 2]
-template <payload_column... Columns>
-class layered_image {
-public:
-    graph topology;
-    surface_rule surface;   ///< which of its pixels are one surface
+struct photo_facts {
     pinhole_camera camera;  ///< that took the photo
-    depth_range range;      ///< the distances that its disparities stand for
-    /// How far the camera may go (render/motion.hpp) before it sees past where hidden surfaces end; 0 where there are none.
+    depth_range range;      ///< distances of disparity 1 and 0
+    surface_rule surface;   ///< which neighbors belong to one surface
+    /// Camera motion (render/motion.hpp) up to which hidden surfaces reach, as a share of the photo's longer side; 0: there are
+    /// no hidden surfaces.
     float motion = 0.0F;
-
-    /// Whether there is such a column.
-    template <class Column>
-    static constexpr bool has = (std::is_same_v<Column, Columns> || ...);
-
-    layered_image() = default;
-    /// Columns are set to zero.
-    explicit layered_image(graph g) : topology(std::move(g)) { resize_columns(topology.size()); }
-
-    std::size_t size() const { return topology.size(); }
-
-    template <payload_column Column>
-    buffer<typename Column::scalar>& column() {
-        return std::get<storage<Column>>(columns_).values;
-    }
-    template <payload_column Column>
-    const buffer<typename Column::scalar>& column() const {
-        return std::get<storage<Column>>(columns_).values;
-    }
-
-    /// The scalars of one pixel.
-    template <payload_column Column>
-    std::span<typename Column::scalar, Column::channels> at(std::int32_t pixel) {
-        return std::span<typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
-                                                                    Column::channels);
-    }
-    template <payload_column Column>
-    std::span<const typename Column::scalar, Column::channels> at(std::int32_t pixel) const {
-        return std::span<const typename Column::scalar, Column::channels>(column<Column>().data() + first_scalar<Column>(pixel),
-                                                                          Column::channels);
-    }
-
-    /// Makes every column as long as the graph; new rows are zero.
-    void resize_columns(std::size_t count) { (column<Columns>().resize(count * Columns::channels), ...); }
-
-    /// Moves pixel `order[i]` to index i, in the graph and in every column.
-    void reorder(std::span<const std::int32_t> order) {
-        topology = reordered(topology, order);
-        ((column<Columns>() = reordered(column<Columns>(), order, Columns::channels)), ...);
-    }
-
-    /// Cuts off the pixels whose place in `kept` is 0, with their links and rows; the others stay in their order.
-    ///
-    /// kept  K, one per pixel
-    void keep(std::span<const std::uint8_t> kept) {
-        LDI_ASSERT(kept.size() == size());
-        buffer<std::int32_t> order;
-        std::size_t count = 0;
-        for (const bool stays : {true, false}) {
-            for (std::int32_t i = 0; i < topology.count(); ++i)
-                if ((kept.data()[i] != 0) == stays) order.push_back(i);
-            if (stays) count = order.size();
-        }
-        for (std::size_t n = count; n < order.size(); ++n)
-            for (const side s : all_sides) topology.unlink(order[n], s);
-        reorder(order);
-        topology.resize(count);
-        resize_columns(count);
-    }
-
-    /// Takes all that another image has, whose columns are some of this one's. The others stay empty.
-    template <payload_column... Others>
-    void take(layered_image<Others...>&& other) {
-        topology = std::move(other.topology);
-        surface = other.surface, camera = other.camera, range = other.range, motion = other.motion;
-        ((column<Others>() = std::move(other.template column<Others>())), ...);
-    }
-
-private:
-    template <class Column>
-    static std::size_t first_scalar(std::int32_t pixel) {
-        return static_cast<std::size_t>(pixel) * Column::channels;
-    }
-
-    template <class Column>
-    struct storage {
-        buffer<typename Column::scalar> values;
-    };
-    std::tuple<storage<Columns>...> columns_;
 };
-
-/// A layered image that has this column.
-template <class Layers, class Column>
-concept has_column = requires {
-    requires std::remove_cvref_t<Layers>::template has<Column>;
-};
-
-/// A layered image that has these columns, and maybe more.
-template <class Layers, class... Columns>
-concept has_columns = (has_column<Layers, Columns> && ...);
-
-/// One layer in the order of the photo, pixel (x, y) at index y * width + x: what lift() makes, and expand() puts hidden surfaces
-/// behind.
-template <payload_column... Columns>
-class single_layer : public layered_image<Columns...> {
-public:
-    using layered_image<Columns...>::layered_image;
-    explicit single_layer(layered_image<Columns...> layers) : layered_image<Columns...>(std::move(layers)) {
-        const graph& g = this->topology;
-        LDI_ASSERT(g.size() == g.position_count());
-    }
-};
-
-/// The layered image that a photo becomes, and the layer that it starts from.
-using photo_layers = layered_image<color_column, disparity_column, known_column>;
-using photo_layer = single_layer<color_column, disparity_column, known_column>;
-
-namespace detail {
-template <class Layers, class Column>
-struct with_column;
-template <template <class...> class Layers, class... Columns, class Column>
-struct with_column<Layers<Columns...>, Column> {
-    using type = Layers<Columns..., Column>;
-};
-}  // namespace detail
-
-/// The same layers with one more column.
-///
-/// values  K x channels, row-major, in the order of the pixels
-///
-///     struct normal { using scalar = float; static constexpr std::size_t channels = 3; };
-///     auto layer = ldi::add_column<normal>(ldi::lift(photo, disparity), normals);   // stays with its pixels, up to the mesh
-template <payload_column Column, class Layers>
-auto add_column(Layers layers, std::span<const typename Column::scalar> values) {
-    static_assert(!Layers::template has<Column>);
-    LDI_ASSERT(values.size() == layers.size() * Column::channels);
-    typename detail::with_column<Layers, Column>::type more;
-    more.take(std::move(layers));
-    more.template column<Column>().assign(values.begin(), values.end());
-    return more;
-}
-
-}  // namespace ldi
-
-// ---- ldi/core/validate.hpp
-// Checks every invariant of a graph or a layered image and says which is broken, and where. Tests call it after every stage; so
-// may you.
-
-#include <optional>
-
-namespace ldi::inline LDI_CONFIGURATION {
-
-/// The invariants, in the order in which they are checked.
-enum class invariant {
-    equal_columns,       ///< all six columns have the same length
-    inside_lattice,      ///< 0 <= x < width and 0 <= y < height
-    neighbor_in_range,   ///< a neighbor is no_pixel or the index of a pixel
-    mutual_links,        ///< the neighbor's neighbor on the opposite side is the pixel itself
-    one_step_away,       ///< a neighbor lies one step to its side
-    canonical_order,     ///< pixels stand in canonical order; only checked by validate_canonical
-    a_row_a_pixel,       ///< every payload column has one row per pixel
-    disparity_in_range,  ///< disparities lie in [0, 1]
-};
-
-constexpr std::string_view to_string(invariant i) {
-    switch (i) {
-        case invariant::equal_columns: return "columns of equal length";
-        case invariant::inside_lattice: return "position inside the lattice";
-        case invariant::neighbor_in_range: return "neighbor index in range";
-        case invariant::mutual_links: return "mutual links";
-        case invariant::one_step_away: return "neighbor one step away";
-        case invariant::canonical_order: return "canonical order";
-        case invariant::a_row_a_pixel: return "payload columns as long as the graph";
-        case invariant::disparity_in_range: return "disparity in [0, 1]";
-    }
-    return "unknown invariant";
-}
-
-/// The first broken invariant and the pixel it is broken at (no_pixel where it is about the whole graph).
-struct violation {
-    invariant broken;
-    std::int32_t pixel;
-};
-
-/// Nothing if the graph is sound.
-inline std::optional<violation> validate(const graph& g) {
-    for (side s : all_sides)
-        if (g.neighbors(s).size() != g.size()) return violation{invariant::equal_columns, no_pixel};
-    if (g.y.size() != g.size()) return violation{invariant::equal_columns, no_pixel};
-    const std::int32_t count = g.count();
-    for (std::int32_t i = 0; i < count; ++i)
-        if (g.x[i] < 0 || g.x[i] >= g.width || g.y[i] < 0 || g.y[i] >= g.height) return violation{invariant::inside_lattice, i};
-    for (std::int32_t i = 0; i < count; ++i)
-        for (side s : all_sides) {
-            const std::int32_t n = g.neighbor(i, s);
-            if (n != no_pixel && (n < 0 || n >= count)) return violation{invariant::neighbor_in_range, i};
-        }
-    for (std::int32_t i = 0; i < count; ++i)
-        for (side s : all_sides) {
-            const std::int32_t n = g.neighbor(i, s);
-            if (n != no_pixel && g.neighbor(n, opposite(s)) != i) return violation{invariant::mutual_links, i};
-        }
-    for (std::int32_t i = 0; i < count; ++i)
-        for (side s : all_sides) {
-            const std::int32_t n = g.neighbor(i, s);
-            if (n == no_pixel) continue;
-            if (g.x[n] != g.x[i] + step_x(s) || g.y[n] != g.y[i] + step_y(s)) return violation{invariant::one_step_away, i};
-        }
-    return std::nullopt;
-}
-
-/// The same for a layered image: its graph is sound, each column has one row per pixel, and disparities lie in [0, 1].
-template <payload_column... Columns>
-std::optional<violation> validate(const layered_image<Columns...>& layers) {
-    if (const std::optional<violation> broken = validate(layers.topology)) return broken;
-    if (!((layers.template column<Columns>().size() == layers.size() * Columns::channels) && ...))
-        return violation{invariant::a_row_a_pixel, no_pixel};
-    if constexpr (has_columns<layered_image<Columns...>, disparity_column>)
-        for (std::int32_t i = 0; i < layers.topology.count(); ++i) {
-            const float disparity = layers.template column<disparity_column>()[i];
-            if (!(disparity >= 0.0F && disparity <= 1.0F)) return violation{invariant::disparity_in_range, i};
-        }
-    return std::nullopt;
-}
-
-/// validate(), and that pixels stand in canonical order. `disparity` as in canonical_order().
-inline std::optional<violation> validate_canonical(const graph& g, std::span<const float> disparity = {}) {
-    if (const std::optional<violation> broken = validate(g)) return broken;
-    const buffer<std::int32_t> order = canonical_order(g, disparity);
-    for (std::int32_t i = 0; i < order.count(); ++i)
-        if (order[i] != i) return violation{invariant::canonical_order, i};
-    return std::nullopt;
-}
 
 }  // namespace ldi
 
@@ -2045,7 +2484,7 @@ struct reached_element {
 /// the links up, down, left, right are followed in this order. The first pixel to reach an element keeps it; no other pixel at
 /// that position is explored. So where equally long paths lead to different layers, the one that turns up first wins, then down.
 /// The relation is not symmetric: j may lie under the kernel of i when i does not lie under that of j.
-inline void gather_window(const graph& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
+inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t kernel_size, std::span<std::int32_t> window) {
     LDI_ASSERT(kernel_size >= 1 && kernel_size <= largest_kernel_size && kernel_size % 2 == 1);
     const std::size_t count = static_cast<std::size_t>(kernel_size * kernel_size);
     LDI_ASSERT(window.size() == count);
@@ -7657,7 +8096,7 @@ inline std::int32_t end_of_strip(std::span<const std::int32_t> links, std::size_
 }
 
 /// All pixels with a neighbor in a column of links, in as few strips as possible.
-inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
+inline buffer<pixel_strip> strips_of(array_view<const std::int32_t> links) {
     buffer<pixel_strip> strips;
     for (std::int32_t first = 0, last; first < links.count(); first = last) {
         last = first + 1;
@@ -7672,7 +8111,7 @@ inline buffer<pixel_strip> strips_of(const buffer<std::int32_t>& links) {
 struct link_strips {
     buffer<pixel_strip> up, down, right;
 
-    explicit link_strips(const graph& g) : up(strips_of(g.up)), down(strips_of(g.down)), right(strips_of(g.right)) {}
+    explicit link_strips(const graph_view& g) : up(strips_of(g.up())), down(strips_of(g.down())), right(strips_of(g.right())) {}
 };
 
 /// A pixel is regular if, with r = kernel_size / 2, r links lead straight up from it and r straight down (the spine), and from
@@ -7695,9 +8134,9 @@ struct link_strips {
 /// contiguous, too, where exploration goes around a gap in the spine or a rib; they are gathered like all the rest.
 class regular_pixels {
 public:
-    regular_pixels(const graph& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
+    regular_pixels(const graph_view& g, std::int32_t kernel_size) : regular_pixels(g, kernel_size, link_strips(g)) {}
 
-    regular_pixels(const graph& g, std::int32_t kernel_size, const link_strips& strips)
+    regular_pixels(const graph_view& g, std::int32_t kernel_size, const link_strips& strips)
         : radius_(kernel_size / 2), g_(g), regular_(g.size()), goes_on_(g.size()) {
         pixel_bits has_right(g.size());  // the right neighbor is next in memory
         for (const pixel_strip& strip : strips.right)
@@ -7769,7 +8208,7 @@ private:
 
 private:
     std::int32_t radius_;
-    const graph& g_;
+    graph_view g_;
     pixel_bits regular_, goes_on_;
 };
 
@@ -7828,13 +8267,13 @@ inline void add_segment(convolution_plan& plan, convolution_plan::segment s, std
     for (const std::int32_t row : rows) plan.rows.push_back(row + shift);
 }
 
-inline void add_irregular(convolution_plan& plan, const graph& g, std::int32_t output, std::int32_t pixel) {
+inline void add_irregular(convolution_plan& plan, const graph_view& g, std::int32_t output, std::int32_t pixel) {
     plan.irregular.push_back(output);
     plan.windows.resize(plan.windows.size() + plan.elements());
     gather_window(g, pixel, plan.kernel_size, std::span(plan.windows).last(plan.elements()));
 }
 
-inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regular_pixels regular) {
+inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, regular_pixels regular) {
     convolution_plan plan;
     plan.kernel_size = kernel_size;
     plan.input_count = plan.output_count = g.size();
@@ -7847,13 +8286,14 @@ inline convolution_plan plan_all(const graph& g, std::int32_t kernel_size, regul
     return plan;
 }
 
-inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse,
+                                  regular_pixels regular) {
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();
     regular.for_each_segment([&](std::int32_t first, std::int32_t count, std::span<const std::int32_t> rows) {
-        if (g.y[first] % 2 != 0) return true;
-        const std::int32_t odd = g.x[first] % 2, kept = (count - odd + 1) / 2;
+        if (g.y()[first] % 2 != 0) return true;
+        const std::int32_t odd = g.x()[first] % 2, kept = (count - odd + 1) / 2;
         if (kept < shortest_segment) return false;
         // The kept pixels of a run are consecutive in the coarse graph.
         add_segment(plan, {coarse.parent[first + odd], kept}, rows, odd);
@@ -7869,12 +8309,12 @@ inline convolution_plan plan_kept(const graph& g, std::int32_t kernel_size, cons
 /// kernel_size  odd, 1 to largest_kernel_size
 ///
 /// Pixels may be in any order; the canonical one (core/canonical_order.hpp) is the fastest.
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size) {
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size) {
     return detail::plan_all(g, kernel_size, detail::regular_pixels(g, kernel_size));
 }
 
 /// With stride 2: the outputs are the pixels of `coarse`, which is coarsen(g).
-inline convolution_plan plan_convolution(const graph& g, std::int32_t kernel_size, const coarsened& coarse) {
+inline convolution_plan plan_convolution(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse) {
     return detail::plan_kept(g, kernel_size, coarse, detail::regular_pixels(g, kernel_size));
 }
 
@@ -8444,8 +8884,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-template <executor Executor, class Function>
-feature_map for_each_value(feature_map values, Executor& threads, Function function) {
+template <class Value, executor Executor, class Function>
+basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executor& threads, Function function) {
     constexpr std::size_t grain = 4096;
     parallel_for(threads, values.values.size(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) values.values[i] = function(values.values[i]);
@@ -8474,27 +8914,70 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// Concatenates the channels of the maps. A single upsampled map is written out.
+/// The same in 8 bits, each map in its own quantization.
 ///
-/// maps  at least one, all with the same number of pixels. A convolution reads several maps directly, which is faster
+/// sum  prepare_add_u8() (kernels/add_u8.hpp) of the two quantizations and that of the result
 template <executor Executor = const serial_executor>
-feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
-    LDI_ASSERT(maps.size() > 0);
-    const std::span<const feature_view> sources(maps.begin(), maps.size());
+basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
+                                    const add_u8_constants& sum, Executor&& threads = {}) {
+    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    constexpr std::size_t grain = 1024;
+    const buffer<std::uint8_t> missing(b.channels, b.zero);
+    parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
+        std::uint8_t* to = a.values.data() + first * a.channels;
+        if (b.rows.empty() && b.mask.empty()) {
+            add_u8(sum, to, b.values.data() + first * b.channels, (last - first) * a.channels, to);
+            return;
+        }
+        for (std::size_t i = first; i < last; ++i, to += a.channels) {
+            const std::int32_t row = b.row_of(static_cast<std::int32_t>(i));
+            add_u8(sum, to, row == no_pixel ? missing.data() : b.values_of(row), a.channels, to);
+        }
+    });
+    a.zero = static_cast<std::uint8_t>(sum.exact.zero_point);
+    return a;
+}
+
+namespace detail {
+
+template <class Value, executor Executor>
+basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> sources, Executor& threads) {
+    LDI_ASSERT(!sources.empty());
     std::size_t channels = 0;
-    for (const feature_view& source : sources) {
-        LDI_ASSERT(source.pixels() == sources[0].pixels());
+    for (const auto& source : sources) {
+        LDI_ASSERT(source.pixels() == sources[0].pixels() && source.zero == sources[0].zero);
         channels += source.channels;
     }
-    feature_map result(sources[0].pixels(), channels);
+    basic_feature_map<Value> result(sources[0].pixels(), channels, sources[0].zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             const std::int32_t pixel = static_cast<std::int32_t>(i);
-            detail::copy_pixel(sources, pixel, result.at(pixel).data());
+            copy_pixel(sources, pixel, result.at(pixel).data());
         }
     });
     return result;
+}
+
+}  // namespace detail
+
+/// Concatenates the channels of the maps. A single upsampled map is written out.
+///
+/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization. A convolution reads several maps
+///       directly, which is faster
+template <executor Executor = const serial_executor>
+feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
+    return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
+}
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_view<std::uint8_t>> maps, Executor&& threads = {}) {
+    return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
+}
+
+/// relu of a map of bytes: nothing below its zero.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
+    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
 /// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.
@@ -8515,6 +8998,54 @@ feature_map sigmoid(feature_map x, Executor&& threads = {}) {
 template <executor Executor = const serial_executor>
 feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
+}
+
+}  // namespace ldi
+
+// ---- ldi/nn/ldi/from_column.hpp
+// From a column of a layered image to a feature map, and back.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
+///
+///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
+///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
+///
+/// scale  float maps: every scalar is multiplied by it
+template <payload_column Column, class Value = float, has_column<Column> Layers>
+basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
+    static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
+    const auto column = layers.template column<Column>();
+    basic_feature_map<Value> map(layers.size(), Column::channels);
+    if constexpr (std::same_as<Value, float>)
+        std::transform(column.begin(), column.end(), map.values.begin(),
+                       [scale](auto value) { return scale * static_cast<float>(value); });
+    else
+        std::copy(column.begin(), column.end(), map.values.begin());
+    return map;
+}
+
+/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes 0.
+///
+/// map    as many pixels as the layers have, and the channels of the column
+/// scale  float maps: every value is multiplied by it before it is rounded
+template <payload_column Column, class Value, has_column<Column> Layers>
+void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
+    using scalar = typename Column::scalar;
+    LDI_ASSERT(map.pixels() == layers.size() && map.channels == Column::channels);
+    const auto column = layers.template column<Column>();
+    std::transform(map.values.begin(), map.values.end(), column.begin(), [scale](Value value) {
+        if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
+            return value;
+        } else if constexpr (std::integral<scalar>) {
+            const double scaled = std::round(double{scale} * static_cast<double>(value));
+            constexpr double lowest = std::numeric_limits<scalar>::min(), highest = std::numeric_limits<scalar>::max();
+            return static_cast<scalar>(std::isnan(scaled) ? 0.0 : std::clamp(scaled, lowest, highest));
+        } else {
+            return static_cast<scalar>(scale * static_cast<float>(value));
+        }
+    });
 }
 
 }  // namespace ldi
@@ -8591,25 +9122,28 @@ struct collapsed_pixels {
     }
 };
 
+/// Sum  the type that values are combined in
 /// combine  combines the values of two pixels
 /// finish   maps a coarse pixel's combined value and number of fine pixels to the result
-template <executor Executor, class Combine, class Finish>
-feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads, Combine combine, Finish finish) {
+template <class Sum, class Value, executor Executor, class Combine, class Finish>
+basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
+                              Finish finish) {
     LDI_ASSERT(fine.pixels() == by.parent.size());
     const collapsed_pixels collapsed(by);
-    feature_map result(by.kept.size(), fine.channels);
+    basic_feature_map<Value> result(by.kept.size(), fine.channels, fine.zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t begin, std::size_t end) {
+        buffer<Sum> sums(fine.channels);
         for (std::size_t i = begin; i < end; ++i) {
-            const std::span<float> to = result.at(i);
             const std::size_t first = collapsed.first[i], last = collapsed.first[i + 1];
             LDI_ASSERT(last > first);
-            std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, to.begin());
+            std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, sums.begin());
             for (std::size_t p = first + 1; p < last; ++p) {
-                const std::span<const float> from = fine.at(collapsed.pixels[p]);
-                for (std::size_t c = 0; c < fine.channels; ++c) to[c] = combine(to[c], from[c]);
+                const std::span<const Value> from = fine.at(collapsed.pixels[p]);
+                for (std::size_t c = 0; c < fine.channels; ++c) sums[c] = combine(sums[c], Sum{from[c]});
             }
-            finish(to, last - first);
+            const std::span<Value> to = result.at(i);
+            for (std::size_t c = 0; c < fine.channels; ++c) to[c] = finish(sums[c], last - first);
         }
     });
     return result;
@@ -8617,25 +9151,30 @@ feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads
 
 }  // namespace detail
 
-/// Average over the fine pixels of each coarse pixel.
+/// Average over the fine pixels of each coarse pixel. Bytes: rounded half up.
 ///
-/// by  coarsen() of the graph of `fine`
-template <executor Executor = const serial_executor>
-feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
-    return detail::pool(
-        fine, by, threads, [](float a, float b) { return a + b; },
-        [](std::span<float> sums, std::size_t count) {
-            for (float& value : sums) value /= detail::nearest_float(count);
-        });
+/// fine  float or bytes
+/// by    coarsen() of the graph of `fine`
+template <class Value, executor Executor = const serial_executor>
+basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+    if constexpr (std::same_as<Value, float>)
+        return detail::pool<float>(
+            fine, by, threads, [](float a, float b) { return a + b; },
+            [](float sum, std::size_t count) { return sum / detail::nearest_float(count); });
+    else
+        return detail::pool<std::size_t>(
+            fine, by, threads, [](std::size_t a, std::size_t b) { return a + b; },
+            [](std::size_t sum, std::size_t count) { return static_cast<Value>((2 * sum + count) / (2 * count)); });
 }
 
 /// Maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph of `fine`
-template <executor Executor = const serial_executor>
-feature_map max_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
-    return detail::pool(
-        fine, by, threads, [](float a, float b) { return (std::max)(a, b); }, [](std::span<float>, std::size_t) {});
+/// fine  float or bytes
+/// by    coarsen() of the graph of `fine`
+template <class Value, executor Executor = const serial_executor>
+basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+    return detail::pool<Value>(
+        fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }
 
 }  // namespace ldi
@@ -9883,7 +10422,7 @@ struct network_input {
 };
 
 /// Red, green, blue in [0, 1] of what is known; the rest is masked.
-inline network_input masked_input(const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+inline network_input masked_input(array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                                   const pixel_subset& read) {
     network_input input{buffer<float>(3 * read.size()), buffer<std::uint8_t>(read.size())};
     for (std::size_t row = 0; row < read.size(); ++row) {
@@ -10188,14 +10727,14 @@ struct farbrausch_level {
 /// finest   level 0, in canonical order
 /// kernels  sizes of the encoder's convolutions, one per level
 /// wanted   where the network's result is asked for, one for each pixel of `finest`
-inline buffer<farbrausch_level> plan_farbrausch(const graph& finest, std::span<const std::int32_t> kernels,
+inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::span<const std::int32_t> kernels,
                                                 std::span<const std::uint8_t> wanted) {
     const std::size_t depth = kernels.size();
     buffer<farbrausch_level> levels(depth + 1);
     buffer<convolution_plan> encode(depth);
     graph coarse;
     for (std::size_t i = 0; i <= depth; ++i) {
-        const graph& g = i == 0 ? finest : coarse;
+        const graph_view g = i == 0 ? finest : graph_view(coarse);
         farbrausch_level& level = levels[i];
         level.pixel_count = g.size();
         const link_strips strips(g);
@@ -10364,7 +10903,7 @@ struct smooth_fills {
 template <executor Executor>
 class smooth_filler {
 public:
-    smooth_filler(const graph& g, const buffer<std::uint8_t>& colors, const buffer<std::uint8_t>& known,
+    smooth_filler(const graph_view& g, array_view<const std::uint8_t> colors, array_view<const std::uint8_t> known,
                   buffer<farbrausch_level>& levels, int growth, Executor& threads)
         : graph_(g), colors_(colors), known_(known), levels_(levels), growth_(growth), threads_(threads) {
         for (std::size_t v = 0; v < unit_.size(); ++v) unit_[v] = nearest_float(v) / 255.0F;
@@ -10547,8 +11086,8 @@ private:
         return mean_;
     }
 
-    const graph& graph_;
-    const buffer<std::uint8_t>&colors_, &known_;
+    graph_view graph_;
+    array_view<const std::uint8_t> colors_, known_;
     buffer<farbrausch_level>& levels_;
     int growth_;
     Executor& threads_;
@@ -10636,16 +11175,17 @@ template <has_columns<color_column, known_column> Layers, executor Executor>
 buffer<float> farbrausch::colors(const Layers& layers, std::span<const std::uint8_t> wanted, const progress_listener& progress,
                                  Executor&& threads) const {
     LDI_ASSERT(wanted.size() == layers.size());
-    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology, architecture_.kernels, wanted);
+    buffer<detail::farbrausch_level> levels = detail::plan_farbrausch(layers.topology(), architecture_.kernels, wanted);
     progress.report(stage_name, 0.1F);
-    const buffer<std::uint8_t>&color = layers.template column<color_column>(), &known = layers.template column<known_column>();
+    const array_view<const std::uint8_t> color = layers.template column<color_column>();
+    const array_view<const std::uint8_t> known = layers.template column<known_column>();
     detail::network_input input;
     buffer<float> fill;  // what the last layer's results are added to
     if (architecture_.missing == missing_colors::masked) {
         input = detail::masked_input(color, known, levels[0].read);
     } else {
         detail::smooth_fills fills =
-            detail::smooth_filler(layers.topology, color, known, levels, architecture_.growth, threads).run();
+            detail::smooth_filler(layers.topology(), color, known, levels, architecture_.growth, threads).run();
         input.values = std::move(fills.input);
         fill = std::move(fills.fill);
     }
@@ -10704,11 +11244,11 @@ buffer<float> farbrausch::run_layers(const detail::farbrausch_convolutions<Weigh
 
 template <has_columns<color_column, known_column> Layers, executor Executor>
 void farbrausch::inpaint(Layers& layers, const progress_listener& progress, Executor&& threads) const {
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto known = layers.template column<known_column>();
     buffer<std::uint8_t> wanted(known.size());
     std::transform(known.begin(), known.end(), wanted.begin(), [](std::uint8_t k) -> std::uint8_t { return k == 0 ? 1 : 0; });
     const buffer<float> values = colors(layers, wanted, progress, threads);
-    buffer<std::uint8_t>& color = layers.template column<color_column>();
+    const auto color = layers.template column<color_column>();
     std::size_t next = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t c = 0; wanted[i] != 0 && c < output_channels; ++c)
@@ -12594,14 +13134,14 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph& g, const buffer<std::uint8_t>& known, int rounds, Value&& value, BeforeSolving&& before_solving,
-                     Store&& store) {
+void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
+                     BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (known[i] != 0) continue;
-        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x[i], g.y[i]);
+        const std::int32_t cell = cell_of[i] = solver.add_cell(g.x()[i], g.y()[i]);
         for (side s : all_sides) {
             const std::int32_t neighbor = g.neighbor(i, s);
             if (neighbor == no_pixel) continue;
@@ -12639,7 +13179,7 @@ struct diffusion_inpainter {
     template <has_columns<color_column, known_column> Layers, executor Executor = const serial_executor>
     void inpaint(Layers& layers, const progress_listener& progress = {}, Executor&& = {}) const {
         detail::diffuse_unknown<3>(
-            layers.topology, layers.template column<known_column>(), rounds,
+            layers.topology(), layers.template column<known_column>(), rounds,
             [&](std::int32_t pixel, side) { return layers.template at<color_column>(pixel).data(); },
             [&] { progress.report("color inpainting", 0.3F); },
             [&](std::int32_t pixel, const diffusion<3>::value_type& color) {
@@ -12703,17 +13243,20 @@ inline buffer<std::size_t> group_lengths(const buffer<trace>& traces) {
 
 }  // namespace detail::curves
 
+/// surface  the rule that lift() linked the layer by
+///
 /// Curves between a midground and what is in front of it are constrained where they end in a junction: the farthest of the
 /// surfaces that meet may grow freely under all others. Other ends are not constrained, as they are in the paper: the step at a
 /// curve's end is as large as the threshold, and a camera that moves along the curve sees past the end. Curves come in a fixed
 /// order. Time is linear, but for sorting the ends of curves; 5 bytes per pixel, 16 per pixel side and 500 per curve.
 template <payload_column... Columns>
-buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, const curve_options& options = {}) {
+buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns...>& layer, surface_rule surface,
+                                                      const curve_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
-    const buffer<float>& disparity = layer.template column<disparity_column>();
+    const auto disparity = layer.template column<disparity_column>();
     buffer<discontinuity_curve> curves;
-    const graph& g = layer.topology;
-    detail::curves::tracer tracer(g.width, g.height, disparity.data(), layer.surface,
+    const auto& g = layer.topology();
+    detail::curves::tracer tracer(g.width(), g.height(), disparity.data(), surface,
                                   [&](std::int32_t pixel, side s) { return g.neighbor(pixel, s) == no_pixel; });
     tracer.prune_spurs(options.shortest_length);
     const detail::curves::corner_map& corners = tracer.corners();
@@ -12722,7 +13265,7 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
         if (corners.on_border(corner) || corners.degree(corner) == 1) return false;
         float farthest = disparity[last.back];
         for (std::int32_t pixel : tracer.pixels_around(corner)) farthest = (std::min)(farthest, disparity[pixel]);
-        return !layer.surface.same_surface(disparity[last.back], farthest);
+        return !surface.same_surface(disparity[last.back], farthest);
     };
     const auto constraint_at = [&](const detail::curves::trace& t, bool at_start) {
         const std::size_t length = (std::min)(options.tangent_length, t.sides.size());
@@ -12768,25 +13311,40 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
 
 namespace ldi::inline LDI_CONFIGURATION::detail {
 
+// The only way from a single layer to a layered image.
+struct expansion_access {
+    template <class... Columns>
+    static layered_image<Columns...> layers_of(single_layer<Columns...>&& layer) {
+        return std::move(layer.layers_);
+    }
+};
+
 // Indices below K are the base layer's, pixel (x, y) at y * width + x; hidden pixels follow in the order in which they were
 // added.
 class hidden_pixels {
 public:
-    hidden_pixels(graph& base, const buffer<float>& disparity)
-        : base_(base), base_disparity_(disparity), base_count_(base.count()), newest_(base.size(), no_pixel) {
-        LDI_ASSERT(base.size() == base.position_count());
-        hidden_.width = base.width, hidden_.height = base.height;
+    /// base        one layer in the order of the photo; growth links its pixels
+    /// disparity   of the base; must outlive all calls but write_disparity()
+    hidden_pixels(graph_builder base, array_view<const float> disparity)
+        : base_(std::move(base)),
+          base_disparity_(disparity),
+          base_count_(base_.count()),
+          newest_(base_.size(), no_pixel),
+          hidden_(base_.width(), base_.height()) {
+        LDI_ASSERT(base_.size() == base_.position_count());
     }
 
-    bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width && y < base_.height; }
+    std::int32_t width() const { return base_.width(); }
+    std::int32_t height() const { return base_.height(); }
+    bool inside(std::int32_t x, std::int32_t y) const { return x >= 0 && y >= 0 && x < base_.width() && y < base_.height(); }
     /// The index of the visible pixel at (x, y), with which a walk over all pixels there begins.
-    std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width + x; }
+    std::int32_t position(std::int32_t x, std::int32_t y) const { return y * base_.width() + x; }
     std::int32_t next_at_position(std::int32_t pixel) const {
         return is_base(pixel) ? newest_[pixel] : older_[hidden_index(pixel)];
     }
 
-    std::int32_t x(std::int32_t pixel) const { return is_base(pixel) ? base_.x[pixel] : hidden_.x[hidden_index(pixel)]; }
-    std::int32_t y(std::int32_t pixel) const { return is_base(pixel) ? base_.y[pixel] : hidden_.y[hidden_index(pixel)]; }
+    std::int32_t x(std::int32_t pixel) const { return is_base(pixel) ? base_.x()[pixel] : hidden_.x()[hidden_index(pixel)]; }
+    std::int32_t y(std::int32_t pixel) const { return is_base(pixel) ? base_.y()[pixel] : hidden_.y()[hidden_index(pixel)]; }
     float disparity(std::int32_t pixel) const {
         return is_base(pixel) ? base_disparity_[pixel] : hidden_disparity_[hidden_index(pixel)];
     }
@@ -12799,7 +13357,7 @@ public:
 
     /// origin  of the new pixel
     std::int32_t add(std::int32_t position, float disparity, std::int32_t origin) {
-        const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x[position], base_.y[position]);
+        const std::int32_t pixel = base_count_ + hidden_.add_pixel(base_.x()[position], base_.y()[position]);
         origin_.push_back(origin);
         hidden_disparity_.push_back(disparity);
         older_.push_back(std::exchange(newest_[position], pixel));
@@ -12814,130 +13372,109 @@ public:
     /// Calls see(graph, disparity, K) with everything so far, base pixels first.
     template <class See>
     void show(See&& see) const {
-        graph all = base_;
-        const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-        append(all.x, hidden_.x), append(all.y, hidden_.y);
-        for (side s : all_sides) append(all.neighbors(s), hidden_.neighbors(s));
-        buffer<float> disparity = base_disparity_;
-        append(disparity, hidden_disparity_);
-        see(std::as_const(all), std::span<const float>(disparity), base_.size());
+        graph_builder all(base_.width(), base_.height(), base_.size() + hidden_.size(), unset);
+        const auto join = [](array_view<std::int32_t> to, auto from_base, auto from_hidden) {
+            std::copy(from_hidden.begin(), from_hidden.end(), std::copy(from_base.begin(), from_base.end(), to.begin()));
+        };
+        join(all.write_x(), base_.x(), hidden_.x()), join(all.write_y(), base_.y(), hidden_.y());
+        for (side s : all_sides) join(all.write_neighbors(s), base_.neighbors(s), hidden_.neighbors(s));
+        buffer<float> disparity(base_disparity_.begin(), base_disparity_.end());
+        disparity.append(hidden_disparity_.begin(), hidden_disparity_.end());
+        see(std::move(all).build(), std::span<const float>(disparity), base_.size());
     }
 
-    /// base  the image whose graph this was made from
-    ///
-    /// The base layer's image with the hidden pixels among its own, in canonical order.
-    template <class... Columns>
-    layered_image<Columns...> merge_into(const layered_image<Columns...>& base) const {
-        const buffer<piece> pieces = order();
+    /// All pixels in canonical order.
+    grown_pixels merge() {
+        grown_pixels result;
+        result.pieces = order();
         buffer<std::int32_t> new_index(base_.size() + hidden_.size());
-        for (const piece& p : pieces)
-            for (std::int32_t i = 0; i < p.count; ++i) new_index[p.old_first + i] = p.new_first + i;
+        std::int32_t placed = 0;
+        for (const grown_piece& p : result.pieces)
+            for (std::int32_t i = 0; i < p.count; ++i) new_index[p.first + (p.is_new ? base_count_ : 0) + i] = placed++;
 
-        layered_image<Columns...> merged;
-        merged.surface = base.surface, merged.camera = base.camera, merged.range = base.range;
-        graph& g = merged.topology;
-        g.width = base_.width, g.height = base_.height;
-        g.resize(new_index.size());
-        merged.resize_columns(new_index.size());
-        for (const piece& p : pieces) {
-            const std::int32_t to = p.new_first, count = p.count;
-            const bool from_base = is_base(p.old_first);
-            const graph& source = from_base ? base_ : hidden_;
-            const std::int32_t from = from_base ? p.old_first : hidden_index(p.old_first);
-            const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
-            std::iota(g.x.data() + to, g.x.data() + to + count, source.x[from]);
-            std::fill_n(g.y.data() + to, count, source.y[from]);
-            std::iota(g.left.data() + to, g.left.data() + to + count, p.new_first - 1);
-            std::iota(g.right.data() + to, g.right.data() + to + count, p.new_first + 1);
-            g.left[to] = moved(source.left[from]);
-            g.right[to + count - 1] = moved(source.right[from + count - 1]);
+        graph_builder g(base_.width(), base_.height(), new_index.size(), unset);
+        const array_view<std::int32_t> x = g.write_x(), y = g.write_y();
+        const array_view<std::int32_t> left = g.write_neighbors(side::left), right = g.write_neighbors(side::right);
+        const auto moved = [&](std::int32_t pixel) { return pixel == no_pixel ? no_pixel : new_index[pixel]; };
+        std::int32_t to = 0;
+        for (const grown_piece& p : result.pieces) {
+            const graph_builder& from = p.is_new ? hidden_ : base_;
+            std::iota(x.begin() + to, x.begin() + to + p.count, from.x()[p.first]);
+            std::fill_n(y.begin() + to, p.count, from.y()[p.first]);
+            std::iota(left.begin() + to, left.begin() + to + p.count, to - 1);
+            std::iota(right.begin() + to, right.begin() + to + p.count, to + 1);
+            left[to] = moved(from.left()[p.first]);
+            right[to + p.count - 1] = moved(from.right()[p.first + p.count - 1]);
             for (side s : {side::up, side::down})
-                std::transform(source.neighbors(s).data() + from, source.neighbors(s).data() + from + count,
-                               g.neighbors(s).data() + to, moved);
-            if (from_base)
-                (std::copy(base.template at<Columns>(from).data(), end_of<Columns>(base, from + count - 1),
-                           merged.template at<Columns>(to).data()),
-                 ...);
-            else
-                (fill_hidden<Columns>(merged, to, base, from), ...);
+                std::transform(from.neighbors(s).begin() + p.first, from.neighbors(s).begin() + p.first + p.count,
+                               g.write_neighbors(s).begin() + to, moved);
+            to += p.count;
         }
-        return merged;
+        result.topology = std::move(g).build();
+        result.origins = std::move(origin_);
+        return result;
+    }
+
+    /// Sets the disparities of the hidden pixels, in the canonical order of merge().
+    void write_disparity(array_view<float> disparity, std::span<const grown_piece> pieces) const {
+        std::int32_t to = 0;
+        for (const grown_piece& p : pieces) {
+            if (p.is_new) std::copy_n(hidden_disparity_.begin() + p.first, p.count, disparity.begin() + to);
+            to += p.count;
+        }
     }
 
 private:
-    // Pixels with successive indices that stay side by side: a part of a run.
-    struct piece {
-        std::int32_t old_first, new_first, count;
-    };
-
     bool is_base(std::int32_t pixel) const { return pixel < base_count_; }
     std::int32_t hidden_index(std::int32_t pixel) const { return pixel - base_count_; }
     std::int32_t& slot(std::int32_t pixel, side s) {
-        return is_base(pixel) ? base_.neighbors(s)[pixel] : hidden_.neighbors(s)[hidden_index(pixel)];
-    }
-
-    template <class Column, class Layers>
-    static const typename Column::scalar* end_of(const Layers& layers, std::int32_t pixel) {
-        return layers.template at<Column>(pixel).data() + Column::channels;
-    }
-
-    // Sets a column at pixel `to` of the new image, which is hidden pixel `from`.
-    template <class Column, class Layers>
-    void fill_hidden(Layers& merged, std::int32_t to, const Layers& base, std::int32_t from) const {
-        if constexpr (std::is_same_v<Column, disparity_column>) {
-            merged.template column<Column>()[to] = hidden_disparity_[from];
-        } else if constexpr (at_new_pixels<Column>() == new_pixels::copy) {
-            const auto source = base.template at<Column>(origin_[from]);
-            std::copy(source.begin(), source.end(), merged.template at<Column>(to).begin());
-        }
+        return is_base(pixel) ? base_.write_neighbors(s)[pixel] : hidden_.write_neighbors(s)[hidden_index(pixel)];
     }
 
     // All pixels in canonical order (core/canonical_order.hpp), in pieces.
-    buffer<piece> order() const {
-        buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height) + 1,
+    buffer<grown_piece> order() const {
+        buffer<std::size_t> hidden_start(static_cast<std::size_t>(base_.height()) + 1,
                                          0);  // hidden pixels that start a run, filed by row
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
-            if (hidden_.left[i] == no_pixel) ++hidden_start[hidden_.y[i] + 1];
-        for (std::int32_t y = 0; y < base_.height; ++y) hidden_start[y + 1] += hidden_start[y];
+            if (hidden_.left()[i] == no_pixel) ++hidden_start[hidden_.y()[i] + 1];
+        for (std::int32_t y = 0; y < base_.height(); ++y) hidden_start[y + 1] += hidden_start[y];
         buffer<std::int32_t> hidden_starts(hidden_start.back());
         buffer<std::size_t> next(hidden_start.begin(), hidden_start.end() - 1);
         for (std::int32_t i = 0; i < hidden_.count(); ++i)
-            if (hidden_.left[i] == no_pixel) hidden_starts[next[hidden_.y[i]]++] = base_count_ + i;
+            if (hidden_.left()[i] == no_pixel) hidden_starts[next[hidden_.y()[i]]++] = base_count_ + i;
 
         const auto before = [this](std::int32_t a, std::int32_t b) {
             if (x(a) != x(b)) return x(a) < x(b);
             if (disparity(a) != disparity(b)) return disparity(a) > disparity(b);
             return a < b;
         };
-        buffer<piece> pieces;
+        buffer<grown_piece> pieces;
         buffer<std::int32_t> starts;
-        std::int32_t placed = 0;
-        for (std::int32_t row = 0; row < base_.height; ++row) {
+        for (std::int32_t row = 0; row < base_.height(); ++row) {
             starts.clear();
-            const std::int32_t first = row * base_.width;
-            for (std::int32_t i = first; i < first + base_.width; ++i)
-                if (base_.left[i] == no_pixel) starts.push_back(i);
+            const std::int32_t first = row * base_.width();
+            for (std::int32_t i = first; i < first + base_.width(); ++i)
+                if (base_.left()[i] == no_pixel) starts.push_back(i);
             const bool mixed = hidden_start[row] != hidden_start[row + 1];
             starts.insert(starts.end(), hidden_starts.begin() + hidden_start[row], hidden_starts.begin() + hidden_start[row + 1]);
             if (mixed) std::sort(starts.begin(), starts.end(), before);
             for (std::int32_t start : starts)
                 for (std::int32_t i = start; i != no_pixel;) {
                     std::int32_t last = i;
-                    while (is_base(i) && base_.right[last] == last + 1 && last + 1 < base_count_) ++last;
-                    pieces.push_back({i, placed, last - i + 1});
-                    placed += last - i + 1;
+                    while (is_base(i) && base_.right()[last] == last + 1 && last + 1 < base_count_) ++last;
+                    pieces.push_back({is_base(i) ? i : hidden_index(i), last - i + 1, !is_base(i)});
                     i = neighbor(last, side::right);
                 }
         }
         return pieces;
     }
 
-    graph& base_;
-    const buffer<float>& base_disparity_;
+    graph_builder base_;
+    array_view<const float> base_disparity_;
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
     buffer<std::int32_t> older_;   // the one added there before
-    graph hidden_;
+    graph_builder hidden_;         // links lead to pixels of both; it is never built
     buffer<float> hidden_disparity_;
     buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };
@@ -12951,22 +13488,31 @@ private:
 namespace ldi::inline LDI_CONFIGURATION {
 
 struct expand_options {
-    /// How far the camera may go (render/motion.hpp), as a share of the photo's longer side: by so much, at most, does what is
-    /// nearest move against what is farthest. Behind a step in disparity that uncovers the step's share of it, and so far
-    /// surfaces grow. 0 to 1. (The paper grows them by 50 pixels, whatever the step and the camera.)
+    /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
+    /// (render/motion.hpp). A step in disparity uncovers its share of that, and the surface behind it grows as far. (The paper
+    /// grows surfaces by 50 pixels, whatever the step and the camera.)
     float motion = 0.08F;
-    /// The most pixels that a surface grows by, whatever the step.
+    /// Maximum growth of a surface in pixels. Where it is the tighter limit, views from within `motion` show gaps.
     int iterations = 4096;
+};
+
+/// A layered image with its hidden surfaces.
+template <payload_column... Columns>
+struct expanded_layers {
+    layered_image<Columns...> layers;
+    /// Camera motion up to which the hidden surfaces reach (photo_facts::motion): that of the options, or less where
+    /// expand_options::iterations is the tighter limit.
+    float motion = 0.0F;
 };
 
 namespace detail {
 
 class expansion {
 public:
-    expansion(graph& base, const buffer<float>& disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
-              float motion)
-        : pixels_(base, disparity), surface_(surface), curves_(curves), reach_(base.size(), 0.0F) {
-        const float pixels_per_disparity = motion * nearest_float((std::max)(base.width, base.height));
+    expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
+              std::span<const discontinuity_curve> curves, float motion)
+        : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
+        const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
         max_dive_ = 1 + static_cast<std::int32_t>(std::ceil(2.0F * surface.largest_step * pixels_per_disparity));
         const auto raise_reach = [&](std::int32_t back, float step) {
@@ -13000,7 +13546,7 @@ public:
     hidden_pixels& pixels() { return pixels_; }
 
     /// Iterations after which nothing grows: in four directions, growth takes up to sqrt(2) of them per pixel.
-    int most_iterations() const {
+    int max_iterations() const {
         float farthest = 0.0F;
         for (const float f : farthest_) farthest = (std::max)(farthest, f);
         return static_cast<int>(std::ceil(1.5F * farthest));
@@ -13121,7 +13667,7 @@ private:
     }
 
     // The nearest disparity in front of the part of a curve from which a surface grows as far as one of its ends.
-    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, const buffer<float>& disparity) const {
+    float nearest_front(const discontinuity_curve& curve, const growth_constraint& end, array_view<const float> disparity) const {
         float nearest = 0.0F;
         for (const discontinuity& d : curve.sides)
             if (distance_to(end, d.back) < reach_[d.back]) nearest = (std::max)(nearest, disparity[d.front]);
@@ -13169,40 +13715,48 @@ private:
 
 }  // namespace detail
 
-/// layer   as lift() makes it and close_spurious_discontinuities() leaves it
-/// curves  of the same layer
+/// layer    as lift() makes it and close_spurious_discontinuities() leaves it
+/// surface  the rule that lift() linked it by
+/// curves   of the same layer
 ///
-/// The same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that it grew
-/// from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other
-/// column follows its own rule (new_pixels). New links join pixels of one surface. A surface that can't be linked to another
-/// within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors differ
-/// by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity,
-/// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
+/// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
+/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
+/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
+/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
+/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
 /// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
 /// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
-layered_image<Columns...> expand(single_layer<Columns...> layer, std::span<const discontinuity_curve> curves,
-                                 const expand_options& options = {}, const progress_listener& progress = {},
-                                 AfterIteration&& after_iteration = nullptr) {
+expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
+                                   std::span<const discontinuity_curve> curves, const expand_options& options = {},
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));
     if (!(options.motion >= 0 && options.motion <= 1))
         raise(error_code::invalid_option, "expand_options::motion", "0 to 1", detail::to_text(options.motion));
-    detail::expansion expansion(layer.topology, layer.template column<disparity_column>(), layer.surface, curves, options.motion);
-    const int last = (std::min)(options.iterations, expansion.most_iterations());
-    for (int i = 0; i < last; ++i) {
-        expansion.run_iteration(i);
-        if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
-            expansion.pixels().show(after_iteration);
-        progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
-    }
+    expanded_layers<Columns...> result{detail::expansion_access::layers_of(std::move(layer)), options.motion};
+    layered_image<Columns...>& layers = result.layers;
+    std::optional<detail::expansion> expansion;
+    const buffer<grown_piece> pieces = layers.grow([&](graph_builder base) {
+        const array_view<const float> disparity = layers.template column<disparity_column>();
+        expansion.emplace(std::move(base), disparity, surface, curves, options.motion);
+        const int last = (std::min)(options.iterations, expansion->max_iterations());
+        for (int i = 0; i < last; ++i) {
+            expansion->run_iteration(i);
+            if constexpr (!std::is_same_v<std::remove_cvref_t<AfterIteration>, std::nullptr_t>)
+                expansion->pixels().show(after_iteration);
+            progress.report("occluded geometry", detail::nearest_float(i) / detail::nearest_float(last));
+        }
+        const int all = expansion->max_iterations();
+        if (last < all) result.motion *= detail::nearest_float(last) / detail::nearest_float(all);
+        return expansion->pixels().merge();
+    });
+    expansion->pixels().write_disparity(layers.template column<disparity_column>(), pieces);
     progress.report("occluded geometry", 1.0F);
-    layered_image<Columns...> grown = expansion.pixels().merge_into(layer);
-    const int all = expansion.most_iterations();
-    grown.motion = last < all ? options.motion * detail::nearest_float(last) / detail::nearest_float(all) : options.motion;
-    return grown;
+    return result;
 }
 
 }  // namespace ldi
@@ -13258,7 +13812,7 @@ inline float grain_at(std::int32_t x, std::int32_t y) {
 class grain_meter {
 public:
     /// color, known  the columns of a layered image with this graph
-    grain_meter(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known)
+    grain_meter(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known)
         : graph_(g), color_(color), known_(known) {}
 
     /// Detail of the known pixel that lies `smeared` steps further on this side of an unknown one than `pixel`, or as far as
@@ -13294,9 +13848,9 @@ private:
         return 0.299F * color[0] + 0.587F * color[1] + 0.114F * color[2];
     }
 
-    const graph& graph_;
-    const buffer<std::uint8_t>& color_;
-    const buffer<std::uint8_t>& known_;
+    graph_view graph_;
+    array_view<const std::uint8_t> color_;
+    array_view<const std::uint8_t> known_;
 };
 
 inline void check_option(const char* name, float value, float least, float most) {
@@ -13317,11 +13871,11 @@ inline void check_options(const grain_options& options) {
 /// rounds  Gauss-Seidel rounds on each level of the diffusion
 template <has_columns<color_column, known_column> Layers>
 buffer<float> detail_around_unknown(const Layers& layers, float limit, int rounds) {
-    const grain_meter meter(layers.topology, layers.template column<color_column>(), layers.template column<known_column>());
+    const grain_meter meter(layers.topology(), layers.template column<color_column>(), layers.template column<known_column>());
     buffer<float> result;
     std::uint8_t root = 0;  // of the noise around, relative to the limit
     diffuse_unknown<1>(
-        layers.topology, layers.template column<known_column>(), rounds,
+        layers.topology(), layers.template column<known_column>(), rounds,
         [&](std::int32_t pixel, side s) {
             const float noise = meter.detail_at(pixel, s) / grain_meter::of_unit_noise;
             root = rounded_to_byte(255.0F * std::sqrt((std::min)(noise / limit, 1.0F)));
@@ -13346,12 +13900,12 @@ template <has_columns<color_column, known_column> Layers>
 void add_grain(Layers& layers, const grain_options& options = {}) {
     detail::check_options(options);
     if (options.strength == 0.0F || options.limit == 0.0F) return;
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, options.limit, options.rounds);
     std::int32_t next = 0;
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (layers.template column<known_column>()[i] != 0) continue;
-        const float grain = options.strength * around[next++] * detail::grain_at(g.x[i], g.y[i]);
+        const float grain = options.strength * around[next++] * detail::grain_at(g.x()[i], g.y()[i]);
         for (std::uint8_t& value : layers.template at<color_column>(i)) value = detail::rounded_to_byte(value + grain);
     }
 }
@@ -13367,20 +13921,20 @@ namespace ldi::inline LDI_CONFIGURATION {
 namespace detail {
 
 /// Sets the positions and links of the pixels of row y.
-inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph& g) {
-    const std::int32_t stride = g.width, start = y * stride;
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph_builder& g) {
+    const std::int32_t stride = g.width(), start = y * stride;
     const float* here = disparity.row(y);
     const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
-    const float* below = y + 1 < g.height ? disparity.row(y + 1) : nullptr;
-    for (std::int32_t x = 0; x < stride; ++x) g.x[start + x] = x, g.y[start + x] = y;
+    const float* below = y + 1 < g.height() ? disparity.row(y + 1) : nullptr;
+    for (std::int32_t x = 0; x < stride; ++x) g.write_x()[start + x] = x, g.write_y()[start + x] = y;
     const auto link_vertically = [&](std::int32_t* links, const float* other, std::int32_t step) {
         for (std::int32_t x = 0; x < stride; ++x)
             links[x] = other != nullptr && surface.same_surface(here[x], other[x]) ? start + x + step : no_pixel;
     };
-    link_vertically(g.up.data() + start, above, -stride);
-    link_vertically(g.down.data() + start, below, stride);
-    std::int32_t* left = g.left.data() + start;
-    std::int32_t* right = g.right.data() + start;
+    link_vertically(g.write_neighbors(side::up).data() + start, above, -stride);
+    link_vertically(g.write_neighbors(side::down).data() + start, below, stride);
+    std::int32_t* left = g.write_neighbors(side::left).data() + start;
+    std::int32_t* right = g.write_neighbors(side::right).data() + start;
     left[0] = no_pixel;
     for (std::int32_t x = 0; x + 1 < stride; ++x) {
         const bool linked = surface.same_surface(here[x], here[x + 1]);
@@ -13395,8 +13949,9 @@ inline void place_row(image_view<const float> disparity, std::int32_t y, surface
 /// color      H x W x 3
 /// disparity  H x W x 1, in [0, 1], larger is nearer
 ///
-/// The order is canonical, every color is known. The camera is a phone's main one (26 mm, as 35 mm film would need), and
-/// distances go from 1 to 10, unless the caller knows better. Raises error_code::mismatch if the images differ in size or have no
+/// surface    decides which neighbors are linked (photo_facts::surface)
+///
+/// Pixels are in canonical order, and every color is known. Raises error_code::mismatch if the images differ in size or have no
 /// pixel, error_code::too_large if they have 2^31 or more. Linear time; 32 bytes per pixel.
 template <executor Executor = const serial_executor>
 photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> disparity, surface_rule surface = {},
@@ -13409,25 +13964,20 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
     if (rows > std::size_t{(std::numeric_limits<std::int32_t>::max)()} / columns)
         raise(error_code::too_large, "lift", "fewer than 2^31 pixels", std::to_string(columns) + " x " + std::to_string(rows));
 
-    photo_layer layers;
-    layers.surface = surface;
-    graph& g = layers.topology;
-    g.width = static_cast<std::int32_t>(columns), g.height = static_cast<std::int32_t>(rows);
-    layers.camera = {g.width, g.height, focal_length_from_35mm(26.0F, g.width, g.height)};
-    g.resize(rows * columns);
-    buffer<std::uint8_t>& colors = layers.column<color_column>();
-    buffer<float>& disparities = layers.column<disparity_column>();
+    buffer<std::uint8_t> colors;
+    buffer<float> disparities;
     colors.reserve(3 * rows * columns), disparities.reserve(rows * columns);
     for (std::size_t y = 0; y < rows; ++y) {
         colors.append(color.row(y), color.row(y) + 3 * columns);
         disparities.append(disparity.row(y), disparity.row(y) + columns);
     }
-    layers.column<known_column>().assign(rows * columns, 1);
-
+    graph_builder g(static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), rows * columns, unset);
     parallel_for(threads, rows, 16, [&](std::size_t first, std::size_t last) {
         for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
-    return layers;
+    buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
+    return photo_layer(
+        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace ldi
@@ -13464,14 +14014,14 @@ public:
 
     /// g      in the order of a photo; every missing link inside the photo is a silhouette
     /// reach  distances are below it
-    silhouette_band(const graph& g, const buffer<float>& disparity, int reach) : graph_(g), reach_(reach) {
+    silhouette_band(const graph_view& g, array_view<const float> disparity, int reach) : graph_(g), reach_(reach) {
         const auto add = [&](std::int32_t a, std::int32_t b, side from_a) {
             const bool a_is_nearer = disparity[a] > disparity[b];
             sides_.push_back({a_is_nearer ? a : b, a_is_nearer ? b : a, a_is_nearer ? opposite(from_a) : from_a});
         };
         for (std::int32_t i = 0; i < g.count(); ++i) {
-            if (g.right[i] == no_pixel && g.x[i] + 1 < g.width) add(i, i + 1, side::right);
-            if (g.down[i] == no_pixel && g.y[i] + 1 < g.height) add(i, i + g.width, side::down);
+            if (g.right()[i] == no_pixel && g.x()[i] + 1 < g.width()) add(i, i + 1, side::right);
+            if (g.down()[i] == no_pixel && g.y()[i] + 1 < g.height()) add(i, i + g.width(), side::down);
         }
         if (!sides_.empty()) grow();
     }
@@ -13486,7 +14036,7 @@ public:
     ///
     /// colors    K x 3
     /// contrast  the least distance between colors that can be told apart, in 1 / 255
-    void sample(const buffer<std::uint8_t>& colors, float contrast) {
+    void sample(array_view<const std::uint8_t> colors, float contrast) {
         for (silhouette_side& s : sides_) {
             const bool has_both = sample(colors, s.front, s.towards_front, s.foreground) &&
                                   sample(colors, s.back, opposite(s.towards_front), s.background);
@@ -13516,7 +14066,7 @@ private:
 
     /// Climbs away from the silhouette on one surface, to the first pixel behind the band; on a surface that is narrower, to one
     /// that is farther from all silhouettes than its neighbors. False where that is as near as the mixed ones.
-    bool sample(const buffer<std::uint8_t>& colors, std::int32_t from, side away, float_color& color) const {
+    bool sample(array_view<const std::uint8_t> colors, std::int32_t from, side away, float_color& color) const {
         place best = places_[find(from)];
         bool is_behind = false;
         // At a corner of the silhouette all neighbors may be as near to it: then the way leads straight on.
@@ -13544,7 +14094,7 @@ private:
         return is_behind || best.distance >= 2;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     int reach_;
     buffer<silhouette_side> sides_;
     buffer<place> places_;
@@ -13600,7 +14150,8 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// alpha is 1 in front, 0 behind.
 class local_matte {
 public:
-    local_matte(const graph& g, const silhouette_band& band, const buffer<std::uint8_t>& colors) : graph_(g), band_(band) {
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
+        : graph_(g), band_(band) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }
@@ -13616,7 +14167,7 @@ public:
         for (const std::int32_t pixel : order) {
             const std::int32_t i = band_.find(pixel);
             if (!can_tell(i)) continue;
-            const std::int32_t cell = cells[i] = solver.add_cell(graph_.x[pixel], graph_.y[pixel]);
+            const std::int32_t cell = cells[i] = solver.add_cell(graph_.x()[pixel], graph_.y()[pixel]);
             for (int n = 0; n < mixtures_[i].confidence; ++n) solver.add_known_neighbor(cell, &mixtures_[i].alpha);
             add_neighbors(solver, cells, i);
         }
@@ -13632,7 +14183,7 @@ private:
 
     bool can_tell(std::int32_t place) const { return band_.sides()[band_.places()[place].side].can_tell; }
 
-    mixture estimate(const silhouette_band::place& p, const buffer<std::uint8_t>& colors) const {
+    mixture estimate(const silhouette_band::place& p, array_view<const std::uint8_t> colors) const {
         if (!band_.sides()[p.side].can_tell) return {p.in_front ? 1.0F : 0.0F, {}, {}, 0};
         float_color foregrounds[most_samples], backgrounds[most_samples], color;
         std::int32_t taken[most_samples];
@@ -13644,11 +14195,11 @@ private:
             ++count;
         };
         take(p.side);
-        const std::int32_t x = graph_.x[p.pixel], y = graph_.y[p.pixel];
+        const std::int32_t x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
         for (const side s : all_sides) {
             const std::int32_t u = x + sample_distance * step_x(s), v = y + sample_distance * step_y(s);
-            if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) continue;
-            const std::int32_t other = band_.find(v * graph_.width + u);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other >= 0) take(band_.places()[other].side);
         }
         for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(colors[3 * static_cast<std::size_t>(p.pixel) + c]);
@@ -13659,11 +14210,11 @@ private:
     void add_neighbors(diffusion<1>& solver, const buffer<std::int32_t>& cells, std::int32_t place) const {
         const silhouette_band::place& p = band_.places()[place];
         const float pure = p.in_front ? 1.0F : 0.0F;
-        const std::int32_t cell = cells[place], x = graph_.x[p.pixel], y = graph_.y[p.pixel];
+        const std::int32_t cell = cells[place], x = graph_.x()[p.pixel], y = graph_.y()[p.pixel];
         for (const side s : all_sides) {
             const std::int32_t u = x + step_x(s), v = y + step_y(s);
-            if (u < 0 || v < 0 || u >= graph_.width || v >= graph_.height) continue;
-            const std::int32_t other = band_.find(v * graph_.width + u);
+            if (u < 0 || v < 0 || u >= graph_.width() || v >= graph_.height()) continue;
+            const std::int32_t other = band_.find(v * graph_.width() + u);
             if (other < 0)
                 solver.add_known_neighbor(cell, &pure);
             else if (!can_tell(other))
@@ -13675,7 +14226,7 @@ private:
         }
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const silhouette_band& band_;
     buffer<mixture> mixtures_;
 };
@@ -13710,10 +14261,10 @@ namespace detail {
 
 // Marks the pixels within `margin` steps of `edge` over links as unknown, except those that would have no known pixel behind them
 // to be refilled from: a thin rod keeps its colors.
-template <payload_column... Columns>
-void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& edge, int margin) {
-    buffer<std::uint8_t>& known = layers.template column<known_column>();
-    const graph& g = layers.topology;
+template <class Layers>
+void mark_margin(Layers& layers, const buffer<std::int32_t>& edge, int margin) {
+    const auto known = layers.template column<known_column>();
+    const auto& g = layers.topology();
     enum class mark : std::uint8_t { none, visited, refillable };
     buffer<mark> marks(known.size());
     // rings[d]: the known pixels d steps away from the edge
@@ -13750,22 +14301,22 @@ void mark_margin(layered_image<Columns...>& layers, const buffer<std::int32_t>& 
 }
 
 /// Counts of pixels for a photo of this size.
-inline int scaled_to_photo(int pixels, const graph& g) {
-    const float scale = nearest_float((std::max)(g.width, g.height)) / 1536.0F;
+inline int scaled_to_photo(int pixels, const graph_view& g) {
+    const float scale = nearest_float((std::max)(g.width(), g.height())) / 1536.0F;
     return scale > 1.0F ? static_cast<int>(std::lround(scale * nearest_float(pixels))) : pixels;
 }
 
 /// Pixels that mixed colors are looked for within.
-inline int band_width(float reach, const graph& g) {
-    const float pixels = reach * nearest_float((std::max)(g.width, g.height));
+inline int band_width(float reach, const graph_view& g) {
+    const float pixels = reach * nearest_float((std::max)(g.width(), g.height()));
     return reach > 0 ? static_cast<int>((std::max)(std::lround(pixels), 2L)) : 0;
 }
 
 /// Gives the foreground's mixed colors back what they had of their own, and marks the background's as unknown.
-template <payload_column... Columns>
+template <class Layers>
 class color_cleaner {
 public:
-    color_cleaner(layered_image<Columns...>& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
+    color_cleaner(Layers& layers, const silhouette_band& band, const buffer<mixture>& mixtures)
         : layers_(layers), band_(band), mixtures_(mixtures), known_(layers.template column<known_column>()) {}
 
     /// Mixed are the pixels that touch the silhouette, and what is linked to them through mixed ones: farther away, a color that
@@ -13780,7 +14331,7 @@ public:
             clean(i);
             if (!p.in_front && known_[p.pixel] != 0) known_[p.pixel] = 0, lost.push_back(p.pixel);
             for (const side s : all_sides) {
-                const std::int32_t neighbor = layers_.topology.neighbor(p.pixel, s);
+                const std::int32_t neighbor = layers_.topology().neighbor(p.pixel, s);
                 if (const std::int32_t other = neighbor == no_pixel ? -1 : band_.find(neighbor); other >= 0) reached[other] = 1;
             }
         }
@@ -13820,37 +14371,36 @@ private:
         };
         for (const std::int32_t pixel : lost)
             for (const side s : all_sides)
-                if (const std::int32_t n = layers_.topology.neighbor(pixel, s); n != no_pixel && known_[n] != 0) visit(pixel);
+                if (const std::int32_t n = layers_.topology().neighbor(pixel, s); n != no_pixel && known_[n] != 0) visit(pixel);
         for (std::size_t i = 0; i < queue.size(); ++i)
             for (const side s : all_sides)
-                if (const std::int32_t n = layers_.topology.neighbor(queue[i], s); n != no_pixel) visit(n);
+                if (const std::int32_t n = layers_.topology().neighbor(queue[i], s); n != no_pixel) visit(n);
         for (const std::int32_t pixel : lost)
             if (refillable[pixel] == 0) known_[pixel] = 1;
     }
 
-    layered_image<Columns...>& layers_;
+    Layers& layers_;
     const silhouette_band& band_;
     const buffer<mixture>& mixtures_;
-    buffer<std::uint8_t>& known_;
+    array_view<std::uint8_t> known_;
 };
 
 }  // namespace detail
 
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Returns the matte, H x W x 1: within
-/// reach of a silhouette, the share that the nearer surface has in the photo's color, 0 to 255; elsewhere 0. Raises
-/// invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all lie there.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is
+/// one. Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all
+/// lie there.
 template <payload_column... Columns>
-image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
+void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
     if (options.foreground_margin < 0 || options.background_margin < 0 || !(options.reach >= 0 && options.reach <= 1) ||
         !(options.contrast > 0))
         raise(error_code::invalid_option, "mixed_color_options", "margins of 0 or more, a reach of 0 to 1, a contrast above 0",
               std::to_string(options.foreground_margin) + ", " + std::to_string(options.background_margin) + ", " +
                   detail::to_text(options.reach) + " and " + detail::to_text(options.contrast));
-    const graph& g = layers.topology;
-    image<std::uint8_t> matte(static_cast<std::size_t>(g.height), static_cast<std::size_t>(g.width));
+    const auto& g = layers.topology();
     detail::silhouette_band band(g, layers.template column<disparity_column>(), detail::band_width(options.reach, g));
     if (options.reach > 0) band.sample(layers.template column<color_column>(), options.contrast);
 
@@ -13864,10 +14414,11 @@ image<std::uint8_t> unmix_colors(single_layer<Columns...>& layers, const mixed_c
 
     detail::local_matte mixed(g, band, layers.template column<color_column>());
     mixed.smooth(2);
-    detail::color_cleaner<Columns...>(layers, band, mixed.mixtures()).clean();
-    for (std::int32_t i = 0; i < band.places().count(); ++i)
-        matte.data()[band.places()[i].pixel] = detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
-    return matte;
+    detail::color_cleaner(layers, band, mixed.mixtures()).clean();
+    if constexpr (has_column<single_layer<Columns...>, matte_column>)
+        for (std::int32_t i = 0; i < band.places().count(); ++i)
+            layers.template column<matte_column>()[band.places()[i].pixel] =
+                detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
 }
 
 }  // namespace ldi
@@ -13884,24 +14435,26 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Links all neighbors inside the photo but those on either side of a curve. Returns the number of links made.
 template <payload_column... Columns>
 std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std::span<const discontinuity_curve> curves) {
-    graph& lifted = layer.topology;
     buffer<std::pair<std::int32_t, std::int32_t>> kept;  // the pixel on the left or above, and the other
     for (const discontinuity_curve& c : curves)
         for (const discontinuity& d : c.sides) kept.emplace_back((std::min)(d.back, d.front), (std::max)(d.back, d.front));
     std::sort(kept.begin(), kept.end());
 
     std::size_t made = 0;
-    const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
-        if (lifted.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
-            return;
-        lifted.link(pixel, s, other);
-        ++made;
-    };
-    for (std::int32_t y = 0, pixel = 0; y < lifted.height; ++y)
-        for (std::int32_t x = 0; x < lifted.width; ++x, ++pixel) {
-            if (x + 1 < lifted.width) close(pixel, side::right, pixel + 1);
-            if (y + 1 < lifted.height) close(pixel, side::down, pixel + lifted.width);
-        }
+    const std::int32_t width = layer.topology().width(), height = layer.topology().height();
+    layer.edit_links([&](link_editor& links) {
+        const auto close = [&](std::int32_t pixel, side s, std::int32_t other) {
+            if (links.neighbor(pixel, s) != no_pixel || std::binary_search(kept.begin(), kept.end(), std::pair{pixel, other}))
+                return;
+            links.link(pixel, s, other);
+            ++made;
+        };
+        for (std::int32_t y = 0, pixel = 0; y < height; ++y)
+            for (std::int32_t x = 0; x < width; ++x, ++pixel) {
+                if (x + 1 < width) close(pixel, side::right, pixel + 1);
+                if (y + 1 < height) close(pixel, side::down, pixel + width);
+            }
+    });
     return made;
 }
 
@@ -13941,7 +14494,7 @@ struct texture_cells {
 };
 
 /// Steps over links from each pixel to the nearest unknown one, where they are `most` at most; otherwise 255.
-inline buffer<std::uint8_t> steps_to_unknown(const graph& g, const buffer<std::uint8_t>& known, int most) {
+inline buffer<std::uint8_t> steps_to_unknown(const graph_view& g, array_view<const std::uint8_t> known, int most) {
     buffer<std::uint8_t> steps(g.size(), 255);
     buffer<std::int32_t> wave, further;
     const auto visit_around = [&](std::int32_t pixel, int distance, buffer<std::int32_t>& reached) {
@@ -13967,7 +14520,7 @@ inline buffer<std::uint8_t> steps_to_unknown(const graph& g, const buffer<std::u
 
 /// reach, margin  how many steps from an unknown pixel sources lie at most, and how wide the margin around them is; together
 ///                less than 255
-inline texture_cells find_texture_cells(const graph& g, const buffer<std::uint8_t>& known, int reach, int margin) {
+inline texture_cells find_texture_cells(const graph_view& g, array_view<const std::uint8_t> known, int reach, int margin) {
     const buffer<std::uint8_t> steps = steps_to_unknown(g, known, reach + margin);
     texture_cells cells;
     buffer<std::int32_t> cell_of(g.size(), unset);  // where there is a cell
@@ -14046,7 +14599,7 @@ inline int difference_of(const texture_surroundings& a, const texture_surroundin
 class texture_search {
 public:
     /// reach  in steps along x and along y
-    texture_search(const graph& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
+    texture_search(const graph_view& g, const texture_cells& cells, const buffer<texture_surroundings>& looks, int reach)
         : graph_(g), cells_(cells), looks_(looks), reach_(reach) {}
 
     /// Per cell, the source of its texture; no_pixel for a known cell, and where no source is found.
@@ -14120,8 +14673,8 @@ private:
         }
         const std::int32_t pixel = cells_.pixel[cell];
         const std::uint32_t random =
-            scrambled(static_cast<std::uint32_t>(graph_.x[pixel]),
-                      64 * static_cast<std::uint32_t>(graph_.y[pixel]) + static_cast<std::uint32_t>(round));
+            scrambled(static_cast<std::uint32_t>(graph_.x()[pixel]),
+                      64 * static_cast<std::uint32_t>(graph_.y()[pixel]) + static_cast<std::uint32_t>(round));
         if (best != no_pixel && random % seldom != 0) return;
         for (std::uint32_t n = 0; n < 4; ++n) consider(wander(nearest_known_[cell], scrambled(random, n), reach_));
         for (int radius = reach_ / 2; radius > 0 && best != no_pixel; radius /= 2)
@@ -14138,7 +14691,7 @@ private:
         return cells_.walk(across, dy < 0 ? side::up : side::down, std::abs(dy));
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const texture_cells& cells_;
     const buffer<texture_surroundings>& looks_;
     int reach_;
@@ -14180,7 +14733,7 @@ namespace detail {
 class texture_transfer {
 public:
     /// color, known  the columns of a layered image with this graph
-    texture_transfer(const graph& g, const buffer<std::uint8_t>& color, const buffer<std::uint8_t>& known,
+    texture_transfer(const graph_view& g, array_view<const std::uint8_t> color, array_view<const std::uint8_t> known,
                      const texture_options& options)
         : options_(options), cells_(find_texture_cells(g, known, options.reach, margin)) {
         buffer<texture_color> blurred(cells_.pixel.size(), unset);
@@ -14250,7 +14803,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     detail::check_options(grain);
     if (options.strength == 0.0F) return add_grain(layers, grain);
     if (grain.limit == 0.0F) return;
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     const buffer<float> around = detail::detail_around_unknown(layers, grain.limit, grain.rounds);
     if (around.empty()) return;
     const detail::texture_transfer transfer(g, layers.template column<color_column>(), layers.template column<known_column>(),
@@ -14261,7 +14814,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
         if (!cells.is_unknown(cell)) continue;
         const std::int32_t pixel = cells.pixel[cell];
         const float noise = around[next++], likeness = transfer.likeness(cell);
-        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x[pixel], g.y[pixel]);
+        const float rest = (1.0F - likeness) * grain.strength * noise * detail::grain_at(g.x()[pixel], g.y()[pixel]);
         const detail::texture_color texture = transfer.texture(cell, noise);
         const auto color = layers.template at<color_column>(pixel);
         for (std::size_t c = 0; c < 3; ++c) color[c] = detail::rounded_to_byte(color[c] + likeness * texture[c] + rest);
@@ -14278,13 +14831,18 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// Pixels of a photo that are set aside, by their positions in it, ascending.
-struct uncertain_rims {
-    buffer<std::size_t> positions;
-    buffer<float> disparity;      ///< which of the pixels at a position it is
-    buffer<std::uint8_t> colors;  ///< 3 each
-    buffer<float> foreground;     ///< 3 each: the color of what is in front of it, 0 to 255, where one can tell
-    buffer<std::uint8_t> can_tell;
+/// What restore_rims() needs to know about a pixel.
+struct uncertain_rim {
+    std::array<std::uint8_t, 3> color;  ///< of the pixel itself
+    std::array<float, 3> foreground;    ///< of the surface in front of it, 0 to 255
+    bool is_distinguishable;            ///< whether the surface in front looks different, so that `foreground` is reliable
+};
+
+/// 0, or 1 + the pixel's index in the list of mark_uncertain_rims().
+struct rim_column {
+    using scalar = std::int32_t;
+    static constexpr std::size_t channels = 1;
+    static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
 
 namespace detail {
@@ -14302,63 +14860,56 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, but for those that would have no
+/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
 /// known pixel behind them. Call it after unmix_colors() and before expand().
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Linear time, whatever the width; up to 150 bytes per pixel, where all lie within it.
+/// Sets the rim column and returns the list that it refers to, in the order of the pixels. Linear time, whatever the width; up to
+/// 150 bytes per pixel, where all lie within it.
 template <payload_column... Columns>
-uncertain_rims set_aside_rims(single_layer<Columns...>& layers, int width) {
-    static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);
-    uncertain_rims rims;
+buffer<uncertain_rim> mark_uncertain_rims(single_layer<Columns...>& layers, int width) {
+    static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column, rim_column>);
+    buffer<uncertain_rim> rims;
     if (width <= 0) return rims;
-    const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
-    buffer<std::uint8_t>& known = layers.template column<known_column>();
-    detail::silhouette_band band(g, disparity, width);
+    const graph& g = layers.topology();
+    const auto known = layers.template column<known_column>();
+    const auto rim_of = layers.template column<rim_column>();
+    detail::silhouette_band band(g, layers.template column<disparity_column>(), width);
     band.sample(layers.template column<color_column>(), 0.0F);
     buffer<std::int32_t> edge;
     for (const detail::silhouette_side& s : band.sides()) edge.push_back(s.back);
     // What was unmixed or refilled at the silhouette itself is unknown already: the margin begins behind it.
-    const buffer<std::uint8_t> before = known;
+    const buffer<std::uint8_t> before(known.begin(), known.end());
     std::fill(known.begin(), known.end(), std::uint8_t{1});
     detail::mark_margin(layers, edge, width);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         if (before[i] != 0 && known[i] == 0) {
-            rims.positions.push_back(g.position_of(i));
-            rims.disparity.push_back(disparity[i]);
-            const auto color = layers.template at<color_column>(i);
-            rims.colors.append(color.begin(), color.end());
             const detail::silhouette_band::place& nearest = band.places()[band.find(i)];
             const detail::silhouette_side& s = band.sides()[nearest.side];
-            rims.foreground.append(s.foreground.begin(), s.foreground.end());
+            const auto color = layers.template at<color_column>(i);
             // A narrow surface between two others may be the near one at the nearest silhouette.
-            rims.can_tell.push_back(s.can_tell && !nearest.in_front ? 1 : 0);
+            rims.push_back({{color[0], color[1], color[2]}, s.foreground, s.can_tell && !nearest.in_front});
+            rim_of[i] = rims.count();
         }
         known[i] = known[i] != 0 ? before[i] : std::uint8_t{0};
     }
     return rims;
 }
 
-/// Gives the pixels their colors back, which are known again, unless those have an eighth of what is in front, by trial: on the
-/// way from the colors that they got meanwhile, which continue the background, to the foreground's.
-template <payload_column... Columns>
-void put_back(layered_image<Columns...>& layers, const uncertain_rims& rims) {
-    const graph& g = layers.topology;
-    for (std::int32_t i = 0; i < g.count(); ++i) {
-        if (layers.template column<known_column>()[i] != 0) continue;
-        const std::size_t* const at = std::lower_bound(rims.positions.begin(), rims.positions.end(), g.position_of(i));
-        const std::size_t n = static_cast<std::size_t>(at - rims.positions.begin());
-        if (at == rims.positions.end() || *at != g.position_of(i) ||
-            rims.disparity[n] != layers.template column<disparity_column>()[i])
-            continue;
+/// Restores the colors of the pixels that mark_uncertain_rims() marked, which become known again, unless their own color has an
+/// eighth or more of the foreground in it: on the way from the color that inpainting gave them, which continues the background,
+/// to the foreground's. (The eighth was found by trial.)
+template <has_columns<color_column, known_column, rim_column> Layers>
+void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
+    const auto rim_of = layers.template column<rim_column>();
+    for (std::int32_t i = 0; i < rim_of.count(); ++i) {
+        if (rim_of[i] == 0) continue;
+        const uncertain_rim& rim = rims[static_cast<std::size_t>(rim_of[i] - 1)];
         std::uint8_t* const color = layers.template at<color_column>(i).data();
-        if (rims.can_tell[n] != 0 &&
-            detail::share_of_way(rims.colors.data() + 3 * n, color, rims.foreground.data() + 3 * n) > 0.125F)
-            continue;
+        if (rim.is_distinguishable && detail::share_of_way(rim.color.data(), color, rim.foreground.data()) > 0.125F) continue;
         layers.template column<known_column>()[i] = 1;
-        std::copy_n(rims.colors.begin() + 3 * n, 3, color);
+        std::copy_n(rim.color.data(), 3, color);
     }
 }
 
@@ -14391,7 +14942,7 @@ struct chart_set {
 };
 
 /// The place of a chart in the atlas: the texel of the top left lattice position of its bounding box. Pixel i of chart c has the
-/// texel (g.x[i] - chart.x + placement.x, g.y[i] - chart.y + placement.y).
+/// texel (g.x()[i] - chart.x + placement.x, g.y()[i] - chart.y + placement.y).
 struct chart_placement {
     std::int32_t x = 0, y = 0;
 };
@@ -14411,20 +14962,20 @@ namespace detail {
 /// W x H: 1 at lattice positions of more than one pixel, and within `range` rows and columns of where a surface ends. Two pixels
 /// at others are never of different surfaces within that range, so constraint 3 holds there by itself. In a photo that is almost
 /// everywhere.
-inline buffer<std::uint8_t> positions_near_other_surfaces(const graph& g, std::int32_t range) {
+inline buffer<std::uint8_t> positions_near_other_surfaces(const graph_view& g, std::int32_t range) {
     constexpr std::uint8_t taken = 1, contested = 2;
     buffer<std::uint8_t> positions(g.position_count(), 0);
     const auto row_of = [&](std::int32_t y) { return positions.data() + g.position(0, y); };
     for (std::int32_t i = 0; i < g.count(); ++i) {
-        const std::int32_t x = g.x[i], y = g.y[i];
+        const std::int32_t x = g.x()[i], y = g.y()[i];
         std::uint8_t& here = row_of(y)[x];
         here |= (here & taken) == 0 ? taken : contested;
-        if ((g.up[i] | g.down[i] | g.left[i] | g.right[i]) >= 0) continue;  // negative if one of them is no_pixel
-        const bool ends = (g.up[i] == no_pixel && y > 0) || (g.down[i] == no_pixel && y + 1 < g.height) ||
-                          (g.left[i] == no_pixel && x > 0) || (g.right[i] == no_pixel && x + 1 < g.width);
+        if ((g.up()[i] | g.down()[i] | g.left()[i] | g.right()[i]) >= 0) continue;  // negative if one of them is no_pixel
+        const bool ends = (g.up()[i] == no_pixel && y > 0) || (g.down()[i] == no_pixel && y + 1 < g.height()) ||
+                          (g.left()[i] == no_pixel && x > 0) || (g.right()[i] == no_pixel && x + 1 < g.width());
         if (!ends) continue;
-        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width - 1);
-        const std::int32_t last = std::min<std::int32_t>(y + range, g.height - 1);
+        const std::int32_t left = std::max<std::int32_t>(x - range, 0), right = std::min<std::int32_t>(x + range, g.width() - 1);
+        const std::int32_t last = std::min<std::int32_t>(y + range, g.height() - 1);
         for (std::int32_t v = std::max<std::int32_t>(y - range, 0); v <= last; ++v)
             for (std::int32_t u = left; u <= right; ++u) row_of(v)[u] |= contested;
     }
@@ -14438,18 +14989,18 @@ inline constexpr std::int32_t max_filter_range = 8;
 /// between.
 class chart_grower {
 public:
-    chart_grower(const graph& g, const buffer<float>& disparity, surface_rule surface, const chart_options& options)
+    chart_grower(const graph_view& g, array_view<const float> disparity, surface_rule surface, const chart_options& options)
         : graph_(g),
           disparity_(disparity),
           range_(options.filter_range),
           threshold_(surface.largest_step),
-          cap_x_(even_share(g.width, options.max_side)),
-          cap_y_(even_share(g.height, options.max_side)),
+          cap_x_(even_share(g.width(), options.max_side)),
+          cap_y_(even_share(g.height(), options.max_side)),
           near_other_(positions_near_other_surfaces(g, options.filter_range)),
           occupants_(g.position_count(), no_pixel),
           cell_shift_(cell_shift(options.filter_range)),
-          cell_columns_((g.width >> cell_shift_) + 1),
-          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height >> cell_shift_) + 1))) {
+          cell_columns_((g.width() >> cell_shift_) + 1),
+          cells_(static_cast<std::size_t>(std::int64_t{cell_columns_} * ((g.height() >> cell_shift_) + 1))) {
         result_.chart_of.assign(g.size(), -1);
     }
 
@@ -14497,15 +15048,15 @@ private:
 
     void grow(std::int32_t seed) {
         current_ = result_.charts.count();
-        left_ = right_ = graph_.x[seed], top_ = bottom_ = graph_.y[seed];
+        left_ = right_ = graph_.x()[seed], top_ = bottom_ = graph_.y()[seed];
         queue_.clear();
-        add_strip(seed, graph_.x[seed], graph_.y[seed]);
+        add_strip(seed, graph_.x()[seed], graph_.y()[seed]);
         std::int64_t pixels = 0;
         for (std::size_t next = 0; next < queue_.size(); ++next) {
             const strip r = queue_[next];
             pixels += r.count;
-            grow_from(r, graph_.up, r.y - 1);
-            grow_from(r, graph_.down, r.y + 1);
+            grow_from(r, graph_.up(), r.y - 1);
+            grow_from(r, graph_.down(), r.y + 1);
         }
         chart grown;
         grown.x = left_, grown.y = top_, grown.width = right_ - left_ + 1, grown.height = bottom_ - top_ + 1;
@@ -14513,9 +15064,9 @@ private:
         result_.charts.push_back(std::move(grown));
     }
 
-    void grow_from(const strip& r, const buffer<std::int32_t>& links, std::int32_t y) {
+    void grow_from(const strip& r, array_view<const std::int32_t> links, std::int32_t y) {
         std::int32_t pixel = r.first;
-        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right[pixel]) {
+        for (std::int32_t x = r.x; x < r.x + r.count; ++x, pixel = graph_.right()[pixel]) {
             const std::int32_t beyond = links[pixel];
             if (may_join(beyond, x, y)) add_strip(beyond, x, y);
         }
@@ -14526,12 +15077,12 @@ private:
         accept(pixel, x, y);
         strip r{pixel, x, y, 1};
         for (std::int32_t last = pixel;; ++r.count) {
-            last = graph_.right[last];
+            last = graph_.right()[last];
             if (!may_join(last, x + r.count, y)) break;
             accept(last, x + r.count, y);
         }
         for (;; ++r.count, --r.x) {
-            const std::int32_t before = graph_.left[r.first];
+            const std::int32_t before = graph_.left()[r.first];
             if (!may_join(before, r.x - 1, y)) break;
             accept(before, r.x - 1, y);
             r.first = before;
@@ -14574,8 +15125,8 @@ private:
         std::int32_t left, right, top, bottom;
     };
     window around(std::int32_t x, std::int32_t y) const {
-        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width - 1),
-                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height - 1)};
+        return {std::max<std::int32_t>(x - range_, 0), std::min<std::int32_t>(x + range_, graph_.width() - 1),
+                std::max<std::int32_t>(y - range_, 0), std::min<std::int32_t>(y + range_, graph_.height() - 1)};
     }
 
     bool is_clear_of_other_surfaces(std::int32_t pixel, std::int32_t x, std::int32_t y) {
@@ -14599,10 +15150,10 @@ private:
     /// Whether `other`, which lies that many steps away, is not on the surface of `pixel`: seen there along rows then columns, or
     /// the other way, or where the surface ends before.
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
-        const buffer<std::int32_t>& along_x = steps_x < 0 ? graph_.left : graph_.right;
-        const buffer<std::int32_t>& along_y = steps_y < 0 ? graph_.up : graph_.down;
-        const auto walk = [&](const buffer<std::int32_t>& first, std::int32_t first_steps, const buffer<std::int32_t>& second,
-                              std::int32_t second_steps) {
+        array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
+        array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
+        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps,
+                              array_view<const std::int32_t> second, std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
                 const std::int32_t next = (step < first_steps ? first : second)[at];
@@ -14619,8 +15170,8 @@ private:
 
     std::size_t at(std::int32_t x, std::int32_t y) const { return graph_.position(x, y); }
 
-    const graph& graph_;
-    const buffer<float>& disparity_;
+    graph_view graph_;
+    array_view<const float> disparity_;
     std::int32_t range_;
     float threshold_;
     std::int32_t cap_x_, cap_y_;
@@ -14636,14 +15187,14 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. Raises error_code::invalid_option if an option is outside its range.
-/// Linear time; up to 18 bytes per pixel, and 120 per chart.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises
+/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel, and 120 per chart.
 template <has_columns<disparity_column> Layers>
-chart_set make_charts(const Layers& layers, const chart_options& options = {}) {
+chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));
     if (options.filter_range < 1 || options.filter_range > detail::max_filter_range)
         raise(error_code::invalid_option, "filter_range", "1 to 8", std::to_string(options.filter_range));
-    return detail::chart_grower(layers.topology, layers.template column<disparity_column>(), layers.surface, options).grow_all();
+    return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
 }
 
 }  // namespace ldi
@@ -14876,7 +15427,7 @@ public:
     /// kind_of  K: photo, refilled or occluded for each pixel
     /// color   the atlas, H x W x 3
     /// kind     the atlas, H x W x 1, all `empty` before the first chart
-    chart_padder(const graph& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
+    chart_padder(const graph_view& g, std::span<const std::uint8_t> colors, std::span<const texel_kind> kind_of,
                  image<std::uint8_t>& color, image<texel_kind>& kind)
         : graph_(g),
           colors_(colors.data()),
@@ -14901,7 +15452,7 @@ private:
     };
 
     std::ptrdiff_t texel_of(std::int32_t pixel, const chart& c, chart_placement placement) const {
-        return (graph_.y[pixel] - c.y + placement.y) * stride_ + (graph_.x[pixel] - c.x + placement.x);
+        return (graph_.y()[pixel] - c.y + placement.y) * stride_ + (graph_.x()[pixel] - c.x + placement.x);
     }
 
     std::ptrdiff_t step(side s) const { return step_y(s) * stride_ + step_x(s); }
@@ -15008,7 +15559,7 @@ private:
         cell_above_[x] = cell;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const std::uint8_t* colors_;
     const texel_kind* kind_of_;
     std::uint8_t* color_;
@@ -15046,9 +15597,9 @@ namespace detail {
 /// photo, refilled or occluded for each pixel.
 template <class Layers>
 buffer<texel_kind> pixel_kinds(const Layers& layers) {
-    const graph& g = layers.topology;
-    const buffer<float>& disparity = layers.template column<disparity_column>();
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto& g = layers.topology();
+    const auto disparity = layers.template column<disparity_column>();
+    const auto known = layers.template column<known_column>();
     buffer<float> front(g.position_count(), 0.0F);
     for (std::int32_t i = 0; i < g.count(); ++i) {
         float& nearest = front[g.position_of(i)];
@@ -15091,7 +15642,7 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     const buffer<texel_kind> kinds = detail::pixel_kinds(layers);
     atlas.placements.resize(charts.charts.size());
     parallel_for(threads, charts.charts.size(), 1, [&](std::size_t first, std::size_t last) {
-        chart_padder padder(layers.topology, layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
+        chart_padder padder(layers.topology(), layers.template column<color_column>(), kinds, atlas.color, atlas.kind);
         for (std::size_t i = first; i < last; ++i) {
             const atlas_rectangle room{packed.corners[i].x * macroblock_side, packed.corners[i].y * macroblock_side,
                                        sizes[i].width * macroblock_side, sizes[i].height * macroblock_side};
@@ -15425,7 +15976,7 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
     if (options.max_side < macroblock_side || options.max_side % macroblock_side != 0 || options.padding < 1)
         raise(error_code::invalid_option, "sheet_options", "a side that is a multiple of 16, a padding of at least 1",
               std::to_string(options.max_side) + " and " + std::to_string(options.padding));
-    const graph& g = layers.topology;
+    const auto& g = layers.topology();
     if (atlas.placements.size() != charts.charts.size())
         raise(error_code::mismatch, "lay_out_sheets", "an atlas of these charts", "another");
     if (photo_height == 0 || photo_width == 0 || layers.size() == 0)
@@ -15433,12 +15984,12 @@ sheet_layout lay_out_sheets(const Layers& layers, const chart_set& charts, const
               std::to_string(photo_height) + " x " + std::to_string(photo_width) + " and " + std::to_string(layers.size()));
     sheet_layout layout;
     layout.padding = options.padding;
-    layout.across = {static_cast<std::int64_t>(photo_width), g.width};
-    layout.down = {static_cast<std::int64_t>(photo_height), g.height};
+    layout.across = {static_cast<std::int64_t>(photo_width), g.width()};
+    layout.down = {static_cast<std::int64_t>(photo_height), g.height()};
     layout.sizes.push_back({static_cast<std::int32_t>(atlas.color.width()), static_cast<std::int32_t>(atlas.color.height())});
     layout.placements.resize(charts.charts.size());
 
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto known = layers.template column<known_column>();
     buffer<rectangle_size> blocks;
     buffer<std::int32_t> enlarged;
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
@@ -15518,16 +16069,16 @@ constexpr std::int32_t heading_x(int s) { return s == 0 ? 1 : s == 2 ? -1 : 0; }
 constexpr std::int32_t heading_y(int s) { return s == 1 ? 1 : s == 3 ? -1 : 0; }
 
 /// The lattice point of corner c of a pixel.
-inline std::int32_t corner_x(const graph& g, std::int32_t pixel, int c) { return g.x[pixel] + (c == 1 || c == 2 ? 1 : 0); }
-inline std::int32_t corner_y(const graph& g, std::int32_t pixel, int c) { return g.y[pixel] + (c >= 2 ? 1 : 0); }
+inline std::int32_t corner_x(const graph_view& g, std::int32_t pixel, int c) { return g.x()[pixel] + (c == 1 || c == 2 ? 1 : 0); }
+inline std::int32_t corner_y(const graph_view& g, std::int32_t pixel, int c) { return g.y()[pixel] + (c >= 2 ? 1 : 0); }
 
 /// K bytes: bit s is set where side s of the pixel has no neighbor in the same chart. Pixels stand in canonical order.
-inline buffer<std::uint8_t> mark_boundary_sides(const graph& g, std::span<const std::int32_t> chart_of) {
+inline buffer<std::uint8_t> mark_boundary_sides(const graph_view& g, std::span<const std::int32_t> chart_of) {
     constexpr std::uint8_t up = side_bit(0), right = side_bit(1), down = side_bit(2), left = side_bit(3);
     const std::int32_t count = g.count();
     buffer<std::uint8_t> sides(g.size(), up | right | down | left);
     const std::int32_t* const chart = chart_of.data();
-    const std::int32_t *const g_right = g.right.data(), *const g_down = g.down.data();
+    const std::int32_t *const g_right = g.right().data(), *const g_down = g.down().data();
     std::uint8_t* const bits = sides.data();
     const auto clear = [](std::uint8_t& byte, std::uint8_t bit) { byte = static_cast<std::uint8_t>(byte & ~bit); };
     // Almost everywhere a stretch of pixels is an image row of one chart above another; such stretches need no
@@ -15599,8 +16150,8 @@ struct pixel_corner {
 /// Moves over a graph whose boundary sides are marked.
 class boundary_walker {
 public:
-    boundary_walker(const graph& g, const buffer<std::uint8_t>& sides)
-        : sides_(sides.data()), links_{g.up.data(), g.right.data(), g.down.data(), g.left.data()} {}
+    boundary_walker(const graph_view& g, const buffer<std::uint8_t>& sides)
+        : sides_(sides.data()), links_{g.up().data(), g.right().data(), g.down().data(), g.left().data()} {}
 
     std::int32_t neighbor(std::int32_t pixel, int s) const { return links_[s][pixel]; }
     bool is_boundary(std::int32_t pixel, int s) const { return (sides_[pixel] & side_bit(s)) != 0; }
@@ -15716,14 +16267,14 @@ struct chart_outlines {
 /// g          in canonical order (raises mismatch if not)
 /// disparity  K values
 /// charts     a partition of the pixels; no two pixels of a chart lie at one position
-chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts);
+chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts);
 
 namespace detail {
 
 /// Finds the pieces one by one, from either side, then strings them together to loops.
 class outline_tracer {
 public:
-    outline_tracer(const graph& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
+    outline_tracer(const graph_view& g, std::span<const float> disparity, const chart_set& charts, chart_outlines& result)
         : g_(g), disparity_(disparity.data()), chart_of_(charts.chart_of), result_(result), walk_(g, result.boundary_sides) {}
 
     void trace_pieces() {
@@ -15796,10 +16347,10 @@ private:
     std::int32_t partner(pixel_side e) const {
         const std::int32_t n = walk_.neighbor(e.pixel, e.side);
         if (n != no_pixel) return chart_of_[n];
-        const bool on_border = e.side == 0   ? g_.y[e.pixel] == 0
-                               : e.side == 1 ? g_.x[e.pixel] == g_.width - 1
-                               : e.side == 2 ? g_.y[e.pixel] == g_.height - 1
-                                             : g_.x[e.pixel] == 0;
+        const bool on_border = e.side == 0   ? g_.y()[e.pixel] == 0
+                               : e.side == 1 ? g_.x()[e.pixel] == g_.width() - 1
+                               : e.side == 2 ? g_.y()[e.pixel] == g_.height() - 1
+                                             : g_.x()[e.pixel] == 0;
         return on_border ? -2 - e.side : no_chart;
     }
 
@@ -15915,7 +16466,7 @@ private:
         junctions_.push_back({std::int64_t{first.pixel} * 4 + first.corner, slot, at});
     }
 
-    const graph& g_;
+    graph_view g_;
     const float* disparity_;
     const buffer<std::int32_t>& chart_of_;
     chart_outlines& result_;
@@ -15927,7 +16478,7 @@ private:
 
 }  // namespace detail
 
-inline chart_outlines trace_outlines(const graph& g, std::span<const float> disparity, const chart_set& charts) {
+inline chart_outlines trace_outlines(const graph_view& g, std::span<const float> disparity, const chart_set& charts) {
     LDI_ASSERT(disparity.size() == g.size() && charts.chart_of.size() == g.size());
     chart_outlines result;
     result.boundary_sides = detail::mark_boundary_sides(g, charts.chart_of);
@@ -16197,7 +16748,7 @@ class outline_clearance {
 public:
     /// sides      K: the boundary sides of each pixel (mark_boundary_sides)
     /// clearance  in pixels, 1 to 64
-    outline_clearance(const graph& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
+    outline_clearance(const graph_view& g, const buffer<std::uint8_t>& sides, std::int32_t clearance)
         : g_(g), sides_(sides), clearance_(clearance) {}
 
     /// Whether the chart ends above one of the pixels of the row within the clearance.
@@ -16212,7 +16763,7 @@ public:
                 if ((sides_[i] & side_bit(1)) != 0) return false;
             if (row == clearance_) return true;
             if ((sides_around(pixel) & side_bit(s)) != 0) return false;
-            pixel = (s == 0 ? g_.up : g_.down)[pixel];
+            pixel = (s == 0 ? g_.up() : g_.down())[pixel];
         }
     }
 
@@ -16229,7 +16780,7 @@ private:
         return around;
     }
 
-    const graph& g_;
+    graph_view g_;
     const buffer<std::uint8_t>& sides_;
     std::int32_t clearance_;
 };
@@ -16347,7 +16898,7 @@ struct stud_set {
 /// outlines  of these charts (trace_outlines)
 /// Raises invalid_option.
 template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines,
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
                     const stud_options& options = {});
 
 namespace detail {
@@ -16372,7 +16923,8 @@ public:
     buffer<std::uint8_t> present;
     buffer<single> singles;
 
-    stud_sampler(const graph& g, const buffer<float>& disparity, const chart_outlines& outlines, const stud_options& options)
+    stud_sampler(const graph_view& g, array_view<const float> disparity, const chart_outlines& outlines,
+                 const stud_options& options)
         : g_(g),
           disparity_(disparity),
           outlines_(outlines),
@@ -16400,7 +16952,7 @@ public:
             if (row.size() < 2 * options_.clearance) continue;
             const std::int32_t c = all.chart_of[pixel];
             sample_columns(row, all.charts[c], charts[c]);
-            if (rows[c].has_line_at(g_.y[pixel])) sample_row(row, c, charts[c].lines);
+            if (rows[c].has_line_at(g_.y()[pixel])) sample_row(row, c, charts[c].lines);
         }
     }
 
@@ -16421,7 +16973,7 @@ private:
         const float spacing = nearest_float(options_.spacing);
         for (std::int32_t i = 0; i + reach < c.pixels.count(); i += stride) {
             const std::int32_t a = c.pixels[i], b = c.pixels[i + reach];
-            if (b != a + reach || g_.y[a] != g_.y[b] || g_.x[b] != g_.x[a] + reach) continue;
+            if (b != a + reach || g_.y()[a] != g_.y()[b] || g_.x()[b] != g_.x()[a] + reach) continue;
             shifts_.push_back(range.texture_shift(spacing * spacing / nearest_float(reach), disparity_[a], disparity_[b]));
         }
         if (shifts_.empty()) return options_.spacing;
@@ -16433,7 +16985,7 @@ private:
     }
 
     void sample_columns(pixel_run row, const chart& box, const columns& target) {
-        const std::int32_t x = g_.x[row.first], y = g_.y[row.first];
+        const std::int32_t x = g_.x()[row.first], y = g_.y()[row.first];
         for (std::int32_t k = target.lines.line_from(x + options_.clearance); k < target.lines.count(); ++k) {
             const std::int32_t at = target.lines.position(k);
             if (at > x + row.size() - options_.clearance) break;
@@ -16452,21 +17004,21 @@ private:
         const auto never = [](std::int32_t, std::int32_t) { return false; };
         find_bends_(profile_, options_.disparity_tolerance, clearance, never, [&](std::int32_t i) {
             const std::int32_t pixel = row.first + i;
-            const std::int32_t x = g_.x[pixel], stud = studs.line_from(x - clearance);
+            const std::int32_t x = g_.x()[pixel], stud = studs.line_from(x - clearance);
             if (stud < studs.count() && studs.position(stud) <= x + clearance) return;
             if (clearance_.ends_above(pixel)) return;
-            const std::int32_t above = g_.up[pixel];
+            const std::int32_t above = g_.up()[pixel];
             if (!clearance_.is_clear(pixel, 2) || !clearance_.is_clear(above, 0)) return;
             const float d = 0.5F * (between(pixel) + between(above));
-            singles.push_back({c, {x, g_.y[pixel], d}});
+            singles.push_back({c, {x, g_.y()[pixel], d}});
         });
     }
 
     /// Disparity on the left side of a pixel that continues the row of the pixel before it.
     float between(std::int32_t pixel) const { return 0.5F * (disparity_[pixel - 1] + disparity_[pixel]); }
 
-    const graph& g_;
-    const buffer<float>& disparity_;
+    graph_view g_;
+    array_view<const float> disparity_;
     const chart_outlines& outlines_;
     const buffer<std::uint8_t>& sides_;
     const stud_options& options_;
@@ -16560,17 +17112,18 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",
               "spacing >= 1, clearance in 1..64, disparity_tolerance >= 0, texture_tolerance > 0",
               std::to_string(options.spacing) + ", " + std::to_string(options.clearance) + ", " +
                   detail::to_text(options.disparity_tolerance) + ", " + detail::to_text(options.texture_tolerance));
-    detail::stud_sampler sampler(layers.topology, layers.template column<disparity_column>(), outlines, options);
-    sampler.sample(charts, layers.range);
+    detail::stud_sampler sampler(layers.topology(), layers.template column<disparity_column>(), outlines, options);
+    sampler.sample(charts, range);
     stable_sort(sampler.singles, [](const auto& a, const auto& b) { return a.chart < b.chart; });
-    detail::stud_placer placer(sampler, options, layers.range);
+    detail::stud_placer placer(sampler, options, range);
     const detail::stud_sampler::single* first = sampler.singles.begin();
     for (std::int32_t c = 0; c < charts.charts.count(); ++c) {
         const detail::stud_sampler::single* last = first;
@@ -17302,8 +17855,8 @@ struct flat_mesh {
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options = {},
-                          Executor&& threads = {});
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
+                          const mesh_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
@@ -17493,15 +18046,16 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers, executor Executor>
-flat_mesh build_flat_mesh(const Layers& layers, const chart_set& charts, const mesh_options& options, Executor&& threads) {
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options,
+                          Executor&& threads) {
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));
     flat_mesh flat;
-    flat.outlines = trace_outlines(layers.topology, layers.template column<disparity_column>(), charts);
-    flat.studs = make_studs(layers, charts, flat.outlines, options.studs);
+    flat.outlines = trace_outlines(layers.topology(), layers.template column<disparity_column>(), charts);
+    flat.studs = make_studs(layers, range, charts, flat.outlines, options.studs);
     flat.charts.resize(charts.charts.size());
-    simplified_boundary boundary(flat.outlines, options.outlines, layers.range);
+    simplified_boundary boundary(flat.outlines, options.outlines, range);
     detail::outline_repair(flat, boundary, charts, threads).triangulate_all();
     flat.first_open_corner.push_back(0);
     for (std::int32_t p = 0; p < flat.outlines.pieces.count(); ++p) {
@@ -17594,18 +18148,18 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 
 namespace ldi::inline LDI_CONFIGURATION {
 
-/// What is in sight from the photo's camera beside silhouettes. Empty: edges are hard.
-struct visible_silhouettes {
-    image_view<const float> disparity;     ///< H x W x 1, of the nearest surfaces
-    image_view<const std::uint8_t> matte;  ///< H x W x 1, from unmix_colors()
-};
-
 namespace detail {
+
+/// Columns of the pixels in sight from the photo's camera, by their positions.
+struct visible_surfaces {
+    image<float> disparity;     ///< H x W x 1
+    image<std::uint8_t> matte;  ///< H x W x 1
+};
 
 /// Makes the strip of one mesh, piece by piece.
 class soft_edge_builder {
 public:
-    soft_edge_builder(const flat_mesh& flat, const visible_silhouettes& seen, surface_rule surface, const pinhole_camera& camera,
+    soft_edge_builder(const flat_mesh& flat, const visible_surfaces& seen, surface_rule surface, const pinhole_camera& camera,
                       const depth_range& range, const soft_edge_options& options)
         : flat_(flat), seen_(seen), surface_(surface), camera_(camera), range_(range), options_(options) {}
 
@@ -17763,7 +18317,7 @@ private:
     }
 
     const flat_mesh& flat_;
-    const visible_silhouettes& seen_;
+    const visible_surfaces& seen_;
     surface_rule surface_;
     const pinhole_camera& camera_;
     const depth_range& range_;
@@ -17796,7 +18350,7 @@ namespace detail {
 /// Finds the pixel of a chart at a corner of the lattice.
 class pixel_finder {
 public:
-    pixel_finder(const graph& g, const buffer<float>& disparity)
+    pixel_finder(const graph_view& g, array_view<const float> disparity)
         : graph_(g), disparity_(disparity), shown_(g.position_count(), {-1, no_pixel}) {}
 
     /// The chart to search from now on.
@@ -17809,8 +18363,8 @@ public:
     std::int32_t find(std::int32_t x, std::int32_t y, float disparity) const {
         std::int32_t best = no_pixel;
         float best_difference = 0;
-        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height - 1); ++v)
-            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width - 1); ++u) {
+        for (std::int32_t v = std::max<std::int32_t>(y - 1, 0); v <= std::min<std::int32_t>(y, graph_.height() - 1); ++v)
+            for (std::int32_t u = std::max<std::int32_t>(x - 1, 0); u <= std::min<std::int32_t>(x, graph_.width() - 1); ++u) {
                 const auto [of_chart, pixel] = shown_[graph_.position(u, v)];
                 if (of_chart != chart_) continue;
                 const float difference = std::abs(disparity_[pixel] - disparity);
@@ -17824,23 +18378,23 @@ private:
         std::int32_t chart, pixel;
     };
 
-    const graph& graph_;
-    const buffer<float>& disparity_;
+    graph_view graph_;
+    array_view<const float> disparity_;
     std::int32_t chart_ = -1;
     buffer<occupant> shown_;
 };
 
 /// Lifts the vertices of charts and strings the charts together to one mesh.
-template <class Layers>
 class mesh_assembler {
 public:
-    mesh_assembler(const Layers& layers, const flat_mesh& flat, const texture_atlas& atlas)
-        : layers_(layers),
+    template <class Layers>
+    mesh_assembler(const Layers& layers, const photo_facts& facts, const flat_mesh& flat, const texture_atlas& atlas)
+        : facts_(facts),
           flat_(flat),
           u_scale_(1.0F / nearest_float(atlas.color.width())),
           v_scale_(1.0F / nearest_float(atlas.color.height())),
           first_coordinate_(flat.outlines.corners.size(), -1),
-          finder_(layers.topology, layers.template column<disparity_column>()) {
+          finder_(layers.topology(), layers.template column<disparity_column>()) {
         std::size_t vertex_count = 0, index_count = 0;
         for (const chart_mesh& c : flat.charts) {
             vertex_count += c.outline.size() + static_cast<std::size_t>(c.stud_vertex_count);
@@ -17871,14 +18425,14 @@ public:
         for (std::uint32_t index : source.triangles) mesh_.triangles.push_back(first_vertex + index);
     }
 
-    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_silhouettes& seen,
+    void add_soft_edges(const chart_set& charts, const texture_atlas& atlas, const visible_surfaces& seen,
                         const soft_edge_options& options) {
         // In GLB files; a texel's are what JPEG at quality 85 takes where there is little to see, and an edge's what it adds.
         constexpr float vertex_bytes = 16, triangle_bytes = 6, texel_bytes = 0.06F, edge_bytes = 56;
         const float bytes = vertex_bytes * nearest_float(mesh_.vertex_count()) +
                             triangle_bytes * nearest_float(mesh_.triangle_count()) +
                             texel_bytes * nearest_float(atlas.color.size() / 3);
-        soft_edge_builder builder(flat_, seen, layers_.surface, layers_.camera, layers_.range, options);
+        soft_edge_builder builder(flat_, seen, facts_.surface, facts_.camera, facts_.range, options);
         builder.choose(static_cast<std::size_t>(options.largest_share * bytes / edge_bytes));
         for (std::int32_t p = 0; p < flat_.outlines.pieces.count(); ++p) {
             const std::int32_t c = flat_.outlines.pieces[p].right_chart;
@@ -17894,10 +18448,10 @@ public:
 private:
     void add_position(const outline_corner& corner) {
         // Hidden surfaces that go on beneath the farthest ones (expand) lie behind them, but not by much.
-        const float least = 0.9F * layers_.range.inverse_depth(0);
-        const float inverse_depth = (std::max)(layers_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
+        const float least = 0.9F * facts_.range.inverse_depth(0);
+        const float inverse_depth = (std::max)(facts_.range.inverse_depth((std::min)(corner.disparity, 1.0F)), least);
         const std::array<float, 3> point =
-            layers_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
+            facts_.camera.unproject(nearest_float(corner.x), nearest_float(corner.y), 1.0F / inverse_depth);
         mesh_.positions.append(point.begin(), point.end());
     }
 
@@ -17912,7 +18466,7 @@ private:
         }
     }
 
-    const Layers& layers_;
+    const photo_facts& facts_;
     const flat_mesh& flat_;
     float u_scale_, v_scale_;
     buffer<std::int32_t> first_coordinate_;  ///< of each corner, in mesh_.positions, or -1
@@ -17920,28 +18474,46 @@ private:
     textured_mesh mesh_;
 };
 
+/// The nearest surfaces, as the photo's camera sees them.
+template <has_columns<disparity_column, matte_column> Layers>
+visible_surfaces find_visible(const Layers& layers) {
+    const auto& g = layers.topology();
+    const std::size_t rows = static_cast<std::size_t>(g.height()), columns = static_cast<std::size_t>(g.width());
+    visible_surfaces seen{image<float>(rows, columns, 1), image<std::uint8_t>(rows, columns, 1)};
+    std::fill_n(seen.disparity.data(), seen.disparity.size(), -std::numeric_limits<float>::infinity());
+    const auto disparity = layers.template column<disparity_column>();
+    for (std::int32_t i = 0; i < g.count(); ++i) {
+        const std::size_t position = g.position_of(i);
+        if (disparity[i] <= seen.disparity.data()[position]) continue;
+        seen.disparity.data()[position] = disparity[i];
+        seen.matte.data()[position] = layers.template column<matte_column>()[i];
+    }
+    return seen;
+}
+
 }  // namespace detail
 
-/// Makes the mesh of a layered image, as its camera sees it over its range of distances.
+/// Makes the mesh of a layered image, as the photo's camera sees it over its range of distances.
 ///
-/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest
+/// layers  in canonical order; disparities are limited to [0, 1], but for surfaces a little behind the farthest. Edges along
+///         silhouettes are soft if there is a matte column
+/// facts   camera, range and surface rule are read
 /// charts  a partition of the pixels (make_charts)
 /// atlas   of these charts
-/// seen    for soft edges; without them the mesh's are hard
 /// Raises invalid_option, and mismatch where inputs don't fit together.
 ///
 /// Charts share no vertices, for they lie at different places of the atlas; but where they meet, both have vertices with the same
 /// position, bit for bit, and the same edges between them. Time is linear but for sorting, simplification and the edges that one
 /// scanline crosses; 30 bytes per pixel, and up to 100 where pixels are surfaces of their own.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const visible_silhouettes& seen, const mesh_options& options, Executor&& threads = {}) {
-    const graph& g = layers.topology;
-    const pinhole_camera& camera = layers.camera;
+textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const chart_set& charts, const texture_atlas& atlas,
+                         const mesh_options& options = {}, Executor&& threads = {}) {
+    const auto& g = layers.topology();
+    const pinhole_camera& camera = facts.camera;
     const buffer<chart_placement>& placements = atlas.placements;
-    if (camera.width != g.width || camera.height != g.height || placements.size() != charts.charts.size())
+    if (camera.width != g.width() || camera.height != g.height() || placements.size() != charts.charts.size())
         raise(error_code::mismatch, "build_mesh",
-              "a camera of " + std::to_string(g.width) + "x" + std::to_string(g.height) + " and " +
+              "a camera of " + std::to_string(g.width()) + "x" + std::to_string(g.height()) + " and " +
                   std::to_string(charts.charts.size()) + " placements",
               std::to_string(camera.width) + "x" + std::to_string(camera.height) + " and " + std::to_string(placements.size()));
     const soft_edge_options& soft = options.soft_edges;
@@ -17950,25 +18522,77 @@ textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const te
               "widths from 0 to 64, the least not above the most, a share of 0 or more",
               detail::to_text(soft.least_width) + ", " + detail::to_text(soft.most_width) + " and " +
                   detail::to_text(soft.largest_share));
-    const bool is_soft = soft.least_width > 0 && !seen.matte.empty();
-    const auto has_size_of_photo = [&](const auto& picture) {
-        return picture.height() == static_cast<std::size_t>(g.height) && picture.width() == static_cast<std::size_t>(g.width);
-    };
-    if (is_soft && !(has_size_of_photo(seen.matte) && has_size_of_photo(seen.disparity)))
-        raise(error_code::mismatch, "build_mesh", "a matte and disparities of the photo's size", "others");
-    const flat_mesh flat = build_flat_mesh(layers, charts, options, threads);
+    const flat_mesh flat = build_flat_mesh(layers, facts.range, charts, options, threads);
 
-    detail::mesh_assembler assembler(layers, flat, atlas);
+    detail::mesh_assembler assembler(layers, facts, flat, atlas);
     for (std::size_t c = 0; c < flat.charts.size(); ++c) assembler.add_chart(flat.charts[c], charts.charts[c], placements[c]);
-    if (is_soft) assembler.add_soft_edges(charts, atlas, seen, soft);
+    if constexpr (has_column<Layers, matte_column>)
+        if (soft.least_width > 0) assembler.add_soft_edges(charts, atlas, detail::find_visible(layers), soft);
     return assembler.finish();
 }
 
-/// The same with hard edges.
-template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-textured_mesh build_mesh(const Layers& layers, const chart_set& charts, const texture_atlas& atlas,
-                         const mesh_options& options = {}, Executor&& threads = {}) {
-    return build_mesh(layers, charts, atlas, visible_silhouettes(), options, threads);
+}  // namespace ldi
+
+// ---- ldi/mesh/gather.hpp
+// A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+namespace detail {
+
+/// The pixels of one surface around a corner of the lattice, up to four.
+struct corner_pixels {
+    std::array<std::int32_t, 4> pixels{};
+    std::size_t count = 0;
+};
+
+/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
+/// corner.
+inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
+    corner_pixels around;
+    const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };
+    add(pixel);
+    const std::int32_t dx = x - g.x()[pixel], dy = y - g.y()[pixel];
+    if (dx < 0 || dx > 1 || dy < 0 || dy > 1) return around;
+    const side across = dx == 1 ? side::right : side::left, along = dy == 1 ? side::down : side::up;
+    const std::int32_t beside = g.neighbor(pixel, across), below = g.neighbor(pixel, along);
+    if (beside != no_pixel) add(beside);
+    if (below != no_pixel) add(below);
+    std::int32_t opposite_pixel = beside == no_pixel ? no_pixel : g.neighbor(beside, along);
+    if (opposite_pixel == no_pixel && below != no_pixel) opposite_pixel = g.neighbor(below, across);
+    if (opposite_pixel != no_pixel) add(opposite_pixel);
+    return around;
+}
+
+}  // namespace detail
+
+/// Returns V x channels scalars: the column's `at_vertex` rule over the pixels of the vertex's surface around it.
+///
+/// mesh    of build_mesh(), from these layers
+/// camera  that took the photo (photo_facts::camera)
+///
+/// Raises mismatch if the mesh refers to pixels that the layers don't have. Linear time.
+template <payload_column Column, has_column<Column> Layers>
+buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& layers, const pinhole_camera& camera) {
+    using scalar = typename Column::scalar;
+    const graph_view g = layers.topology();
+    buffer<scalar> result(mesh.pixels.size() * Column::channels, unset);
+    for (std::size_t v = 0; v < mesh.pixels.size(); ++v) {
+        if (mesh.pixels[v] < 0 || mesh.pixels[v] >= g.count())
+            raise(error_code::mismatch, "gather", "vertices of " + std::to_string(g.size()) + " pixels",
+                  "pixel " + std::to_string(mesh.pixels[v]));
+        const float* position = mesh.positions.data() + 3 * v;
+        const std::array<float, 2> seen = camera.project({position[0], position[1], position[2]});
+        const detail::corner_pixels around = detail::pixels_around_corner(
+            g, mesh.pixels[v], static_cast<std::int32_t>(std::lround(seen[0])), static_cast<std::int32_t>(std::lround(seen[1])));
+        for (std::size_t c = 0; c < Column::channels; ++c) {
+            std::array<scalar, 4> values{};
+            for (std::size_t i = 0; i < around.count; ++i) values[i] = layers.template at<Column>(around.pixels[i])[c];
+            result[v * Column::channels + c] =
+                detail::vertex_value<Column>(array_view<const scalar>(values.data(), around.count));
+        }
+    }
+    return result;
 }
 
 }  // namespace ldi
@@ -19000,14 +19624,15 @@ constexpr int clockwise_index(side s) { return s == side::up ? 0 : s == side::ri
 class pixel_squares {
 public:
     template <has_columns<disparity_column> Layers>
-    pixel_squares(const Layers& layers, const view& taken_from, const view& from, std::int32_t samples, float z_near)
-        : graph_(layers.topology) {
-        if (taken_from.camera.width != graph_.width || taken_from.camera.height != graph_.height)
+    pixel_squares(const Layers& layers, const depth_range& range, const view& taken_from, const view& from, std::int32_t samples,
+                  float z_near)
+        : graph_(layers.topology()) {
+        if (taken_from.camera.width != graph_.width() || taken_from.camera.height != graph_.height())
             raise(error_code::mismatch, "camera of a layered image",
-                  std::to_string(graph_.width) + " x " + std::to_string(graph_.height),
+                  std::to_string(graph_.width()) + " x " + std::to_string(graph_.height()),
                   std::to_string(taken_from.camera.width) + " x " + std::to_string(taken_from.camera.height));
         share_corners();
-        place(layers.template column<disparity_column>(), layers.range, relative_projection(taken_from, from, samples, z_near));
+        place(layers.template column<disparity_column>(), range, relative_projection(taken_from, from, samples, z_near));
     }
 
     /// False where a corner lies nearer than z_near, or so far outside the picture that it can't be projected safely.
@@ -19046,7 +19671,7 @@ private:
         const std::int32_t count = graph_.count();
         disjoint_sets sets(4 * graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
-            const std::int32_t here = 4 * i, right = graph_.right[i], down = graph_.down[i];
+            const std::int32_t here = 4 * i, right = graph_.right()[i], down = graph_.down()[i];
             if (right != no_pixel) {
                 sets.merge(here + 1, 4 * right);
                 sets.merge(here + 2, 4 * right + 3);
@@ -19063,7 +19688,7 @@ private:
 
     /// A corner has the mean disparity of the pixels that share it.
     template <class Project>
-    void place(const buffer<float>& disparity, const depth_range& distances, const Project& project) {
+    void place(array_view<const float> disparity, const depth_range& distances, const Project& project) {
         const std::int32_t count = graph_.count();
         buffer<double> sum(vertices_.size() - graph_.size(), 0.0), members(sum.size(), 0.0);
         for (std::int32_t i = 0; i < count; ++i)
@@ -19083,12 +19708,12 @@ private:
         buffer<std::uint8_t> is_placed(sum.size(), 0);
         drawn_.resize(graph_.size());
         for (std::int32_t i = 0; i < count; ++i) {
-            put(i, graph_.x[i] + 0.5, graph_.y[i] + 0.5, disparity[i]);
+            put(i, graph_.x()[i] + 0.5, graph_.y()[i] + 0.5, disparity[i]);
             bool all_safe = safe[i] != 0;
             for (int c = 0; c < 4; ++c) {
                 const std::int32_t vertex = corner(i, c), k = vertex - count;
                 if (is_placed[k] == 0)
-                    put(vertex, graph_.x[i] + pixel_corners[c][0], graph_.y[i] + pixel_corners[c][1], sum[k] / members[k]);
+                    put(vertex, graph_.x()[i] + pixel_corners[c][0], graph_.y()[i] + pixel_corners[c][1], sum[k] / members[k]);
                 is_placed[k] = 1;
                 all_safe = all_safe && safe[vertex] != 0;
             }
@@ -19139,7 +19764,7 @@ private:
         std::array<double, 9> rotation_{};
     };
 
-    const graph& graph_;
+    graph_view graph_;
     buffer<std::int32_t> corner_of_;  // of each pixel, clockwise from the top left: its vertices
     buffer<screen_vertex> vertices_;  // the pixels' centers, then the corners
     buffer<std::uint8_t> drawn_;      // one per pixel
@@ -19149,8 +19774,8 @@ private:
 /// linked around the corner and known alike.
 template <has_columns<color_column, known_column> Layers>
 std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_t pixel, double u, double v) {
-    const graph& g = layers.topology;
-    const buffer<std::uint8_t>& known = layers.template column<known_column>();
+    const auto& g = layers.topology();
+    const auto known = layers.template column<known_column>();
     const side across = u < 0.5 ? side::left : side::right, along = v < 0.5 ? side::up : side::down;
     const float weight_x = static_cast<float>(std::abs(std::clamp(u, 0.0, 1.0) - 0.5));
     const float weight_y = static_cast<float>(std::abs(std::clamp(v, 0.0, 1.0) - 0.5));
@@ -19186,18 +19811,19 @@ namespace ldi::inline LDI_CONFIGURATION {
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
 ///
+/// range       distances of disparity 1 and 0
 /// taken_from  the camera whose pixels these are; its size is the lattice's
 /// from        where the picture is to be drawn from
 ///
 /// Pixels that reach nearer than options.z_near are left out. Raises mismatch if camera and lattice differ in size, invalid_data
 /// if a disparity is not in front of the camera, invalid_option or too_large as rasterize() does.
 template <has_columns<color_column, disparity_column, known_column> Layers, executor Executor = const serial_executor>
-rendering render_layers(const Layers& layers, const view& taken_from, const view& from, const raster_options& options = {},
-                        Executor&& threads = {}) {
+rendering render_layers(const Layers& layers, const depth_range& range, const view& taken_from, const view& from,
+                        const raster_options& options = {}, Executor&& threads = {}) {
     detail::check_raster_options(from, options);
-    const detail::pixel_squares squares(layers, taken_from, from, options.samples, options.z_near);
+    const detail::pixel_squares squares(layers, range, taken_from, from, options.samples, options.z_near);
     return detail::draw_in_bands(
-        from.camera, options, layers.topology.count(),
+        from.camera, options, layers.topology().count(),
         [&](std::int32_t i) {
             const detail::vertical_extent e{squares.top(i), squares.bottom(i)};
             return squares.is_drawn(i) ? e : detail::vertical_extent{};
@@ -19243,7 +19869,7 @@ inline bool holds_sample(const screen_triangle& t, std::int64_t x, std::int64_t 
 
 class surface_walk {
 public:
-    surface_walk(const graph& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
+    surface_walk(const graph_view& g, const pixel_squares& squares) : graph_(g), squares_(squares) {}
 
     /// The triangle that the surface has reached one sample to the right of (x, y), or below it, having started in `from`, which
     /// holds that sample. No pixel if it ends, or folds back, before.
@@ -19289,7 +19915,7 @@ private:
         return edge == 0 ? 2 : 0;
     }
 
-    const graph& graph_;
+    graph_view graph_;
     const pixel_squares& squares_;
 };
 
@@ -19383,45 +20009,18 @@ inline depth_range range_of(const buffer<fragment>& fragments, const depth_range
     return result;
 }
 
-/// One pixel for each fragment, not linked yet.
-template <payload_column... Columns, executor Executor>
-layered_image<Columns...> pixels_of(const buffer<fragment>& fragments, const layered_image<Columns...>& layers,
-                                    const pinhole_camera& camera, Executor& threads) {
-    layered_image<Columns...> result;
-    result.surface = layers.surface, result.camera = camera, result.range = range_of(fragments, layers.range);
-    graph& g = result.topology;
-    g.width = camera.width, g.height = camera.height;
-    g.resize(fragments.size());
-    for (const side s : all_sides) std::fill(g.neighbors(s).begin(), g.neighbors(s).end(), no_pixel);
-    result.resize_columns(fragments.size());
-    const double last = 1.0 / result.range.z_far, span = 1.0 / result.range.z_near - last;
-    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
-        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
-            const fragment& f = fragments[i];
-            g.x[i] = static_cast<std::int32_t>(f.position % g.width);
-            g.y[i] = static_cast<std::int32_t>(f.position / g.width);
-            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
-            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
-            result.template column<disparity_column>()[i] =
-                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
-            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
-        }
-    });
-    return result;
-}
-
 /// Links the pixels of neighboring positions that the surface leads to from one another. Pixel i is that of fragment i.
-inline void link_neighbors(graph& g, const buffer<fragment>& fragments, const surface_walk& walk) {
+inline void link_neighbors(graph_builder& g, const buffer<fragment>& fragments, const surface_walk& walk) {
     buffer<std::int32_t> start(g.position_count() + 1, 0);
     for (const fragment& f : fragments) ++start[f.position + 1];
     for (std::size_t p = 1; p < start.size(); ++p) start[p] += start[p - 1];
     for (std::int32_t i = 0; i < g.count(); ++i)
         for (const side s : {side::right, side::down}) {
-            const std::int32_t x = g.x[i], y = g.y[i];
-            if (s == side::right ? x + 1 == g.width : y + 1 == g.height) continue;
+            const std::int32_t x = g.x()[i], y = g.y()[i];
+            if (s == side::right ? x + 1 == g.width() : y + 1 == g.height()) continue;
             const surface_triangle end = walk.one_sample(fragments[i].where, x, y, s);
             if (end.pixel == no_pixel) continue;
-            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width);
+            const std::int64_t position = fragments[i].position + (s == side::right ? 1 : g.width());
             std::int32_t there = start[position];
             while (there < start[position + 1] && fragments[there].where != end) ++there;
             LDI_ASSERT(there < start[position + 1]);
@@ -19429,33 +20028,71 @@ inline void link_neighbors(graph& g, const buffer<fragment>& fragments, const su
         }
 }
 
+/// One linked pixel for each fragment.
+inline graph graph_of(const buffer<fragment>& fragments, const pinhole_camera& camera, const surface_walk& walk) {
+    graph_builder g(camera.width, camera.height, fragments.size());
+    for (std::int32_t i = 0; i < fragments.count(); ++i) {
+        g.write_x()[i] = static_cast<std::int32_t>(fragments[i].position % g.width());
+        g.write_y()[i] = static_cast<std::int32_t>(fragments[i].position / g.width());
+    }
+    link_neighbors(g, fragments, walk);
+    return std::move(g).build();
+}
+
+/// Sets the columns of `result`, whose pixels are the fragments.
+template <payload_column... Columns, executor Executor>
+void copy_columns(const buffer<fragment>& fragments, const layered_image<Columns...>& layers, const depth_range& range,
+                  layered_image<Columns...>& result, Executor& threads) {
+    const double last = 1.0 / range.z_far, span = 1.0 / range.z_near - last;
+    parallel_for(threads, fragments.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::int32_t i = static_cast<std::int32_t>(begin), stop = static_cast<std::int32_t>(end); i < stop; ++i) {
+            const fragment& f = fragments[i];
+            const auto copy = [](auto from, auto to) { std::copy(from.begin(), from.end(), to.begin()); };
+            (copy(layers.template at<Columns>(f.where.pixel), result.template at<Columns>(i)), ...);
+            result.template column<disparity_column>()[i] =
+                static_cast<float>(span > 0 ? std::clamp((f.inverse_depth - last) / span, 0.0, 1.0) : 0.0);
+            copy(color_within_pixel(layers, f.where.pixel, f.u, f.v), result.template at<color_column>(i));
+        }
+    });
+}
+
 }  // namespace detail
+
+/// A layered image of another camera.
+template <payload_column... Columns>
+struct peeled_layers {
+    layered_image<Columns...> layers;
+    depth_range range;  ///< distances of its disparities 1 and 0
+};
 
 /// Every surface that the ray through the center of a pixel of `from` meets becomes a pixel there, any number of them at one
 /// position. Neighbors are linked where the surface leads from one to the other without a tear and without folding back, which
 /// is followed exactly: peeled from where it was taken, a layered image stays as it is.
 ///
+/// range       distances of disparity 1 and 0
 /// taken_from  the camera whose pixels `layers` are; its size is the lattice's
 /// from        the camera whose pixels the result is
 ///
 /// In canonical order, with all columns. Colors are interpolated as render_layers() does; every other column is what the nearest
-/// source pixel has. The range of distances is that of `layers`, or wider if the camera came nearer or went back. Raises as
+/// source pixel has. The range of distances of the result is `range`, or wider if the camera came nearer or went back. Raises as
 /// render_layers() does, and too_large if there are 2^31 pixels or more.
 template <payload_column... Columns, executor Executor = const serial_executor>
-layered_image<Columns...> peel(const layered_image<Columns...>& layers, const view& taken_from, const view& from,
-                               const peel_options& options = {}, Executor&& threads = {}) {
+peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const depth_range& range, const view& taken_from,
+                               const view& from, const peel_options& options = {}, Executor&& threads = {}) {
     static_assert(has_columns<layered_image<Columns...>, color_column, disparity_column, known_column>);
     raster_options raster;
     raster.z_near = options.z_near;
     detail::check_raster_options(from, raster);
-    const detail::pixel_squares squares(layers, taken_from, from, 1, options.z_near);
+    const detail::pixel_squares squares(layers, range, taken_from, from, 1, options.z_near);
     const buffer<detail::fragment> fragments =
-        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology.count(), threads);
+        detail::fragment_finder(squares, from.camera, options.both_sides).find_all(layers.topology().count(), threads);
     if (fragments.size() > std::size_t{(std::numeric_limits<std::int32_t>::max)()})
         raise(error_code::too_large, "peel", "fewer than 2^31 pixels", std::to_string(fragments.size()));
-    layered_image<Columns...> result = detail::pixels_of(fragments, layers, from.camera, threads);
-    detail::link_neighbors(result.topology, fragments, detail::surface_walk(layers.topology, squares));
-    result.reorder(canonical_order(result.topology, result.template column<disparity_column>()));
+    const detail::surface_walk walk(layers.topology(), squares);
+    peeled_layers<Columns...> result{layered_image<Columns...>(detail::graph_of(fragments, from.camera, walk)),
+                                     detail::range_of(fragments, range)};
+    detail::copy_columns(fragments, layers, result.range, result.layers, threads);
+    result.layers.reorder(canonical_order(result.layers.topology(), result.layers.template column<disparity_column>()));
     return result;
 }
 
@@ -20334,6 +20971,13 @@ private:
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
+/// Values of the caller's at the vertices of a mesh.
+struct own_attribute {
+    std::string_view name;
+    std::size_t channels = 1;
+    std::span<const float> values;  ///< vertices x channels
+};
+
 /// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
 /// without padding.
 struct geometry {
@@ -20341,6 +20985,7 @@ struct geometry {
     std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
     std::span<const std::uint32_t> triangles;
     std::uint32_t first_vertex = 0;  ///< that triangles count from
+    buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< of positions
 
@@ -20350,12 +20995,18 @@ struct geometry {
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
+    std::size_t own_bytes() const {
+        std::size_t sum = 0;
+        for (const own_attribute& a : own) sum += a.values.size_bytes();
+        return sum;
+    }
+    std::size_t accessor_count() const { return 3 + (is_strip() ? 1 : 0) + own.size(); }
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
     /// After which the next geometry begins at a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
-    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
     void find_extent() {
         constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -20373,12 +21024,13 @@ struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
 
-    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures) {
+    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures,
+             std::span<const own_attribute> own = {}) {
         const auto add = [&](geometry part, std::size_t texture) {
             if (part.triangles.empty()) return;
             part.texture = texture;
             part.find_extent();
-            parts.push_back(part);
+            parts.push_back(std::move(part));
         };
         const std::span<const float> positions(mesh.positions), coordinates(mesh.texture_coordinates);
         const std::span<const std::uint32_t> triangles(mesh.triangles);
@@ -20386,12 +21038,15 @@ struct contents {
             if (!mesh.uses_texture(t)) continue;
             const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
             const std::size_t vertex_count = last.first_vertex - first.first_vertex;
-            add({positions.subspan(3 * first.first_vertex, 3 * vertex_count),
-                 coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
-                 {},
-                 triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
-                 static_cast<std::uint32_t>(first.first_vertex)},
-                textures.size());
+            geometry part{positions.subspan(3 * first.first_vertex, 3 * vertex_count),
+                          coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
+                          {},
+                          triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
+                          static_cast<std::uint32_t>(first.first_vertex)};
+            for (const own_attribute& a : own)
+                part.own.push_back(
+                    {a.name, a.channels, a.values.subspan(a.channels * first.first_vertex, a.channels * vertex_count)});
+            add(std::move(part), textures.size());
             textures.push_back(all_textures[t]);
         }
         const soft_edge_strip& strip = mesh.soft_edges;
@@ -20407,7 +21062,13 @@ struct contents {
         return sum;
     }
     /// The number of a texture's view: those of geometry come first.
-    std::size_t view_of_texture(std::size_t texture) const { return 3 * parts.size() + (has_strip() ? 1 : 0) + texture; }
+    std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
+    /// The number of a part's first accessor.
+    std::size_t first_accessor(std::size_t part) const {
+        std::size_t sum = 0;
+        for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
+        return sum;
+    }
 };
 
 /// The views of the file's only buffer, one after the other.
@@ -20441,6 +21102,11 @@ inline void add_accessors(json_text& json, view_list& views, const geometry& g, 
     if (g.is_strip()) {
         json.add(R"({"bufferView":)", views.add(g.color_bytes(), vertices), R"(,"componentType":)", unsigned_byte);
         json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC4"},)");
+    }
+    for (const own_attribute& a : g.own) {
+        constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+        json.add(R"({"bufferView":)", views.add(a.values.size_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
+                 count, R"(,"type":")", types[a.channels - 1], R"("},)");
     }
     json.add(R"({"bufferView":)", views.add(g.index_bytes(), indices, padding), R"(,"componentType":)",
              g.has_short_indices() ? unsigned_short : unsigned_int);
@@ -21105,6 +21771,14 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
 
 namespace ldi::inline LDI_CONFIGURATION {
 
+/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+struct vertex_attribute {
+    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    std::string name;
+    std::size_t channels = 1;  ///< 1 to 4
+    buffer<float> values;      ///< V x channels, finite
+};
+
 struct glb_options {
     /// The camera that took the photo, for viewers that start there. Absent: the file has none.
     std::optional<pinhole_camera> camera;
@@ -21116,6 +21790,8 @@ struct glb_options {
     depth_range range = {};
     /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
     std::string source = {};
+    /// More attributes of the vertices, each with a name of its own. Soft edges have none.
+    buffer<vertex_attribute> attributes = {};
     /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
     bool double_sided = true;
 };
@@ -21127,8 +21803,8 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 /// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; too_large beyond
-/// 4 GB.
+/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
+/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -21172,6 +21848,26 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attribute>& attributes) {
+    const auto refuse = [](const vertex_attribute& a, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, "glb_options::attributes", expected, found + " in " + a.name);
+    };
+    for (std::size_t i = 0; i < attributes.size(); ++i) {
+        const vertex_attribute& a = attributes[i];
+        const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
+        if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
+            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+        for (std::size_t k = 0; k < i; ++k)
+            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+        if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
+        if (a.values.size() != mesh.vertex_count() * a.channels)
+            refuse(a, "one row per vertex",
+                   std::to_string(a.values.size()) + " values for " + std::to_string(mesh.vertex_count()) + " vertices");
+        for (const float value : a.values)
+            if (!std::isfinite(value)) refuse(a, "finite values", detail::to_text(value));
     }
 }
 
@@ -21252,11 +21948,13 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(],"meshes":[{"primitives":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
-        const std::size_t first = 3 * p;  // the strip, which has an accessor more, is the last
+        const geometry& g = c.parts[p];
+        const std::size_t first = c.first_accessor(p);
         json.add(R"({"attributes":{)");
-        if (c.parts[p].is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
-        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1, R"(},"indices":)",
-                 first + (c.parts[p].is_strip() ? 3U : 2U), R"(,"material":)", p, R"(,"mode":4})");
+        if (g.is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
+        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1);
+        for (std::size_t a = 0; a < g.own.size(); ++a) json.add(",\"", g.own[a].name, "\":", first + 2 + a);
+        json.add(R"(},"indices":)", first + g.accessor_count() - 1, R"(,"material":)", p, R"(,"mode":4})");
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
@@ -21290,14 +21988,19 @@ private:
     std::byte* to_;
 };
 
-inline void put_geometry(writer& to, const geometry& g) {
-    for (const float p : g.positions) {
+inline void put_floats(writer& to, std::span<const float> values) {
+    for (const float value : values) {
         std::uint32_t bits;
-        std::memcpy(&bits, &p, sizeof bits);
+        std::memcpy(&bits, &value, sizeof bits);
         to.put(bits);
     }
+}
+
+inline void put_geometry(writer& to, const geometry& g) {
+    put_floats(to, g.positions);
     for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
     for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const own_attribute& a : g.own) put_floats(to, a.values);
     for (const std::uint32_t i : g.triangles) {
         if (g.has_short_indices())
             to.put(static_cast<std::uint16_t>(i - g.first_vertex));
@@ -21320,7 +22023,10 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
                                     const glb_options& options) {
     using namespace detail::glb;
     detail::check_contents(mesh, textures);
-    const contents parts(mesh, textures);
+    detail::check_attributes(mesh, options.attributes);
+    buffer<own_attribute> own;
+    for (const vertex_attribute& a : options.attributes) own.push_back({a.name, a.channels, a.values});
+    const contents parts(mesh, textures, own);
     if (parts.bytes() > 0xFFFF0000)
         raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
     const buffer<char> json = describe(parts, options);
@@ -21404,10 +22110,15 @@ concept depth_estimator = requires(const T& t, image_view<const std::uint8_t> ph
     { t.quantization_step() } -> std::convertible_to<float>;
 };
 
-/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)` sets the color of every pixel whose
-/// known_column is 0 and changes nothing else. `diffusion_inpainter` is one.
+/// The layered image of a photo while make_photo3d() works on it, with columns of the caller's.
+template <payload_column... Own>
+using working_layers = layered_image<color_column, disparity_column, known_column, matte_column, rim_column, Own...>;
+
+/// A source of colors for the pixels that have none. `inpaint(layers, progress, threads)`, a template over layers with at least
+/// color, disparity and known_column, sets the color of every pixel whose known_column is 0 and changes nothing else.
+/// `diffusion_inpainter` is one.
 template <class T>
-concept color_inpainter = requires(const T& t, photo_layers& layers, const progress_listener& progress,
+concept color_inpainter = requires(const T& t, working_layers<>& layers, const progress_listener& progress,
                                    serial_executor& threads) {
     t.inpaint(layers, progress, threads);
 };
@@ -21456,19 +22167,33 @@ struct photo3d_options {
     progress_listener progress;
 };
 
-/// A 3D photo, and what every stage made on the way.
-struct photo3d {
+/// Columns of the caller's for make_photo3d(), one image each.
+///
+///     struct material { using scalar = std::uint8_t; static constexpr std::size_t channels = 1; };
+///     photo_columns<material>{materials}
+template <payload_column... Own>
+struct photo_columns {
+    /// h x w x channels each, in the order of the tags. Images of another size than the layers are sampled at the nearest pixel.
+    std::tuple<image_view<const typename Own::scalar>...> images;
+
+    photo_columns(image_view<const typename Own::scalar>... own) : images(own...) {}
+};
+
+/// A 3D photo, and what every stage made on the way. `Own`: the caller's columns.
+template <payload_column... Own>
+struct basic_photo3d {
     image<std::uint8_t> photo;  ///< H x W x 3, as it was worked on
     image<float> estimated;     ///< h x w x 1, disparity in [0, 1] at the estimator's resolution
     image<float> resampled;     ///< H x W x 1, before cleaning
     image<float> disparity;     ///< H x W x 1, cleaned
     buffer<discontinuity_curve> curves;
-    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
-    photo_layers layers;
+    photo_facts facts;
+    layered_image<color_column, disparity_column, known_column, matte_column, Own...> layers;
     chart_set charts;
     texture_atlas atlas;
     textured_mesh mesh;
 };
+using photo3d = basic_photo3d<>;
 
 namespace detail {
 
@@ -21606,66 +22331,125 @@ cleaned_photo clean_depth(image_view<const std::uint8_t> photo, const Estimator&
 }
 
 /// The layer that a photo becomes, and its silhouettes.
+template <payload_column... Own>
 struct lifted_photo {
-    photo_layer layer;  ///< the colors beside silhouettes are unmixed, or marked as unknown
+    /// The colors beside silhouettes are unmixed, or marked as unknown.
+    single_layer<color_column, disparity_column, known_column, matte_column, rim_column, Own...> layer;
     buffer<discontinuity_curve> curves;
-    image<std::uint8_t> matte;  ///< H x W x 1, beside silhouettes (unmix_colors)
-    uncertain_rims rims;        ///< set aside until the hidden surfaces have their colors
+    photo_facts facts;
+    buffer<uncertain_rim> rims;  ///< for restore_rims(), after the hidden surfaces have their colors
 };
 
-/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options.
-template <executor Executor = const serial_executor>
-lifted_photo lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+namespace detail {
+
+/// An image as a column of a layer of another size.
+template <payload_column Column>
+buffer<typename Column::scalar> sampled_column(image_view<const typename Column::scalar> from, std::size_t rows,
+                                               std::size_t columns) {
+    if (from.height() == 0 || from.width() == 0 || from.channels() != Column::channels)
+        raise(error_code::mismatch, "photo_columns", "an image of " + std::to_string(Column::channels) + " channels with pixels",
+              shape_text(from));
+    buffer<typename Column::scalar> result;
+    result.reserve(rows * columns * Column::channels);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x) {
+            const auto* pixel = from.row((2 * y + 1) * from.height() / (2 * rows)) +
+                                (2 * x + 1) * from.width() / (2 * columns) * Column::channels;
+            result.append(pixel, pixel + Column::channels);
+        }
+    return result;
+}
+
+/// Adds the columns of the caller, one by one.
+template <class Layer>
+Layer with_columns(Layer layer) {
+    return layer;
+}
+template <class Column, class... Rest, class Layer, class... Images>
+auto with_columns(Layer layer, const image_view<const typename Column::scalar>& first, const Images&... rest) {
+    const graph& g = layer.topology();
+    buffer<typename Column::scalar> column =
+        sampled_column<Column>(first, static_cast<std::size_t>(g.height()), static_cast<std::size_t>(g.width()));
+    auto more = std::move(layer).template with<Column>(std::move(column));
+    if constexpr (sizeof...(Rest) == 0)
+        return more;
+    else
+        return with_columns<Rest...>(std::move(more), rest...);
+}
+
+}  // namespace detail
+
+/// Lifts a photo and prepares it for expand(). Raises what clean_depth() raises for its options, and mismatch for an image of
+/// `own` without pixels or with another number of channels.
+template <payload_column... Own, executor Executor = const serial_executor>
+lifted_photo<Own...> lift_photo(const cleaned_photo& photo, const photo_columns<Own...>& own, const photo3d_options& options,
+                                Executor&& threads = {}) {
     detail::check(options);
     const float sample_size = detail::sample_size(photo.estimated, photo.photo);
-    lifted_photo result{lift(photo.photo, photo.disparity, options.surface, threads), {}, {}, {}};
-    pinhole_camera& camera = result.layer.camera;
-    camera.focal_length = focal_length_from_35mm(options.focal_length_35mm, camera.width, camera.height);
-    result.layer.range = photo.range;
-    result.curves = find_discontinuity_curves(result.layer, detail::scaled(options.curves, sample_size));
+    photo_layer layer = lift(photo.photo, photo.disparity, options.surface, threads);
+    const graph& g = layer.topology();
+    lifted_photo<Own...> result;
+    result.facts.camera = {g.width(), g.height(), focal_length_from_35mm(options.focal_length_35mm, g.width(), g.height())};
+    result.facts.range = photo.range, result.facts.surface = options.surface;
+    buffer<std::int32_t> no_rims(g.size(), 0);
+    result.layer = std::apply(
+        [&](const auto&... images) {
+            return detail::with_columns<Own...>(std::move(layer).template with<rim_column>(std::move(no_rims)), images...);
+        },
+        own.images);
+    result.curves = find_discontinuity_curves(result.layer, options.surface, detail::scaled(options.curves, sample_size));
     close_spurious_discontinuities(result.layer, result.curves);
-    result.matte = unmix_colors(result.layer, options.mixed_colors);
-    result.rims = set_aside_rims(result.layer, detail::rim_width(options.alignment, sample_size));
+    unmix_colors(result.layer, options.mixed_colors);
+    result.rims = mark_uncertain_rims(result.layer, detail::rim_width(options.alignment, sample_size));
     return result;
+}
+template <executor Executor = const serial_executor>
+lifted_photo<> lift_photo(const cleaned_photo& photo, const photo3d_options& options = {}, Executor&& threads = {}) {
+    return lift_photo(photo, photo_columns<>(), options, threads);
 }
 
 /// Gives the hidden surfaces their colors, and the rims theirs back.
 ///
 /// rims       of lift_photo()
 /// inpainter  texture and grain are added to its result; set both strengths to 0 for one that makes texture itself
-template <color_inpainter Inpainter, executor Executor = const serial_executor>
-void inpaint_hidden(photo_layers& layers, const uncertain_rims& rims, const Inpainter& inpainter,
+template <has_columns<color_column, disparity_column, known_column, rim_column> Layers, class Inpainter,
+          executor Executor = const serial_executor>
+void inpaint_hidden(Layers& layers, std::span<const uncertain_rim> rims, const Inpainter& inpainter,
                     const photo3d_options& options = {}, Executor&& threads = {}) {
     inpainter.inpaint(layers, options.progress, threads);
     add_texture(layers, options.texture, options.grain);
-    put_back(layers, rims);
+    restore_rims(layers, rims);
 }
 
 /// photo      H x W x 3, at least one pixel
+/// own        columns that stay with their pixels through all stages; gather() (mesh/gather.hpp) brings them to the vertices
 /// inpainter  as for inpaint_hidden()
 ///
 /// Raises what the stages raise. Memory and time are bounded for any depth map: each stage documents its bound, and
 /// bench/photo3d/README.md has the peaks.
-template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
-photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
-                     const photo3d_options& options = {}, Executor&& threads = {}) {
+template <depth_estimator Estimator, color_inpainter Inpainter, payload_column... Own, executor Executor = const serial_executor>
+basic_photo3d<Own...> make_photo3d(image_view<const std::uint8_t> photo, const photo_columns<Own...>& own,
+                                   const Estimator& estimator, const Inpainter& inpainter, const photo3d_options& options = {},
+                                   Executor&& threads = {}) {
     const progress_listener& progress = options.progress;
     cleaned_photo cleaned = clean_depth(photo, estimator, options, threads);
 
     progress.report("occluded geometry", 0.0F);
-    lifted_photo lifted = lift_photo(cleaned, options, threads);
-    photo3d result;
+    lifted_photo<Own...> lifted = lift_photo(cleaned, own, options, threads);
+    basic_photo3d<Own...> result;
     result.photo = std::move(cleaned.photo), result.estimated = std::move(cleaned.estimated);
     result.resampled = std::move(cleaned.resampled), result.disparity = std::move(cleaned.disparity);
-    result.curves = std::move(lifted.curves), result.matte = std::move(lifted.matte);
-    result.layers = expand(std::move(lifted.layer), result.curves, options.expand, progress);
+    result.curves = std::move(lifted.curves), result.facts = lifted.facts;
+    auto [layers, motion] = expand(std::move(lifted.layer), options.surface, result.curves, options.expand, progress);
+    result.facts.motion = motion;
 
     progress.report("color inpainting", 0.0F);
-    inpaint_hidden(result.layers, lifted.rims, inpainter, options, threads);
+    inpaint_hidden(layers, lifted.rims, inpainter, options, threads);
+    result.layers = decltype(result.layers)(std::move(layers));
     progress.report("color inpainting", 1.0F);
 
     progress.report("chart generation", 0.0F);
-    result.charts = make_charts(result.layers, options.charts);
+    result.charts = make_charts(result.layers, options.surface, options.charts);
     progress.report("chart generation", 1.0F);
 
     progress.report("chart padding", 0.0F);
@@ -21673,9 +22457,14 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     progress.report("chart padding", 1.0F);
 
     progress.report("meshing", 0.0F);
-    result.mesh = build_mesh(result.layers, result.charts, result.atlas, {result.disparity, result.matte}, options.mesh, threads);
+    result.mesh = build_mesh(result.layers, result.facts, result.charts, result.atlas, options.mesh, threads);
     progress.report("meshing", 1.0F);
     return result;
+}
+template <depth_estimator Estimator, color_inpainter Inpainter, executor Executor = const serial_executor>
+photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& estimator, const Inpainter& inpainter,
+                     const photo3d_options& options = {}, Executor&& threads = {}) {
+    return make_photo3d(photo, photo_columns<>(), estimator, inpainter, options, threads);
 }
 
 }  // namespace ldi

@@ -88,8 +88,8 @@ void check_partition(const graph_view& g, const chart_set& set, const chart_opti
 }
 
 /// How many pixels have another surface of their own chart straight ahead, within the filter's reach.
-std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set, const chart_options& options,
-                           surface_rule rule = {}) {
+std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity, const chart_set& set,
+                           const chart_options& options, surface_rule rule = {}) {
     const float threshold = rule.largest_step + 1e-6F;
     const auto differ = [&](std::int32_t a, std::int32_t b) { return std::abs(disparity[at(a)] - disparity[at(b)]) > threshold; };
     std::size_t mixed = 0;
@@ -112,7 +112,8 @@ std::size_t mixed_surfaces(const graph_view& g, std::span<const float> disparity
     return mixed;
 }
 
-void check_charts(const graph_view& g, std::span<const float> disparity, const chart_options& options, surface_rule surface = {}) {
+void check_charts(const graph_view& g, std::span<const float> disparity, const chart_options& options,
+                  surface_rule surface = {}) {
     const chart_set set = make_charts(testing::surfaces_of(g, disparity), surface, options);
     check_partition(g, set, options);
     CHECK(mixed_surfaces(g, disparity, set, options, surface) == 0);

@@ -1,8 +1,8 @@
 #include <ldi/core/canonical_order.hpp>
 #include <ldi/core/validate.hpp>
 
-#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 

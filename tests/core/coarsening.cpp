@@ -2,9 +2,9 @@
 #include <ldi/core/components.hpp>
 #include <ldi/core/validate.hpp>
 
-#include "tests/support/sketched_graph.hpp"
 #include "tests/support/counted_memory.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 #include <ldi/core/components.hpp>
 
-#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 

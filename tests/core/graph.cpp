@@ -41,17 +41,29 @@ TEST_CASE("a grid is an image: every pixel is linked to the one beside it") {
 
 // What used to compile, and broke invariants.
 template <class T>
-concept can_add_pixels = requires(T& g) { g.add_pixel(0, 0); };
+concept can_add_pixels = requires(T& g) {
+    g.add_pixel(0, 0);
+};
 template <class T>
-concept can_link = requires(T& g) { g.link(0, side::right, 1); };
+concept can_link = requires(T& g) {
+    g.link(0, side::right, 1);
+};
 template <class T>
-concept can_move_pixels = requires(T& g) { g.x()[0] = 1; };
+concept can_move_pixels = requires(T& g) {
+    g.x()[0] = 1;
+};
 template <class T>
-concept can_redirect_neighbors = requires(T& g) { g.neighbors(side::up)[0] = 1; };
+concept can_redirect_neighbors = requires(T& g) {
+    g.neighbors(side::up)[0] = 1;
+};
 template <class T>
-concept can_resize_lattice = requires(T& g) { g.width() = 1; };
+concept can_resize_lattice = requires(T& g) {
+    g.width() = 1;
+};
 template <class T>
-concept can_resize = requires(T& g) { g.resize(1); };
+concept can_resize = requires(T& g) {
+    g.resize(1);
+};
 template <class T>
 constexpr bool is_fixed = !can_add_pixels<T> && !can_link<T> && !can_move_pixels<T> && !can_redirect_neighbors<T> &&
                           !can_resize_lattice<T> && !can_resize<T>;

@@ -44,17 +44,27 @@ static_assert(std::is_same_v<decltype(std::declval<const users_layers&>().at<nor
 
 // What used to compile, and left columns of another length than the graph.
 template <class L>
-concept can_change_topology = requires(L& l) { l.topology() = graph(); } || requires(L& l) { l.topology().add_pixel(0, 0); } ||
-                              requires(L& l) { l.topology = graph(); };
+concept can_change_topology = requires(L& l) {
+    l.topology() = graph();
+}
+|| requires(L& l) { l.topology().add_pixel(0, 0); }
+|| requires(L& l) { l.topology = graph(); };
 template <class L>
-concept can_resize_columns = requires(L& l) { l.resize_columns(1); } || requires(L& l) { l.template column<disparity_column>().push_back(1); } ||
-                             requires(L& l) { l.template column<disparity_column>().resize(1); };
+concept can_resize_columns = requires(L& l) {
+    l.resize_columns(1);
+}
+|| requires(L& l) { l.template column<disparity_column>().push_back(1); }
+|| requires(L& l) { l.template column<disparity_column>().resize(1); };
 template <class L>
-concept can_take = requires(L& l, L other) { l.take(std::move(other)); };
+concept can_take = requires(L& l, L other) {
+    l.take(std::move(other));
+};
 template <class L>
-concept can_move_pixels = requires(L& l) { l.keep(std::span<const std::uint8_t>()); } ||
-                          requires(L& l) { l.reorder(std::span<const std::int32_t>()); } ||
-                          requires(L& l) { l.grow(nullptr); };
+concept can_move_pixels = requires(L& l) {
+    l.keep(std::span<const std::uint8_t>());
+}
+|| requires(L& l) { l.reorder(std::span<const std::int32_t>()); }
+|| requires(L& l) { l.grow(nullptr); };
 static_assert(!can_change_topology<photo_layers> && !can_resize_columns<photo_layers> && !can_take<photo_layers>);
 static_assert(can_move_pixels<photo_layers>, "the concepts ask the right questions");
 static_assert(!can_change_topology<photo_layer> && !can_resize_columns<photo_layer> && !can_take<photo_layer>);

@@ -140,8 +140,8 @@ TEST_CASE("pixels out of canonical order are detected where they stand") {
 
 TEST_CASE("every invariant has a name of its own") {
     std::vector<std::string_view> names;
-    for (const invariant i : {invariant::inside_lattice, invariant::neighbor_in_range,
-                              invariant::mutual_links, invariant::one_step_away, invariant::canonical_order})
+    for (const invariant i : {invariant::inside_lattice, invariant::neighbor_in_range, invariant::mutual_links,
+                              invariant::one_step_away, invariant::canonical_order})
         names.push_back(to_string(i));
     std::sort(names.begin(), names.end());
     CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());

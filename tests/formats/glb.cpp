@@ -197,6 +197,53 @@ TEST_CASE("a mesh of several textures is a primitive per texture, each with vert
     }
 }
 
+TEST_CASE("attributes of the caller's are at their vertices, in every part") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    const std::vector<std::span<const std::byte>> two{texture, texture};
+    textured_mesh mesh = make_soft_sheet(4, 4, 3);
+    const mesh_part end{mesh.vertex_count(), mesh.triangle_count()};
+    const textured_mesh more = make_sheet(3, 5);
+    mesh.parts = {{}, end};
+    mesh.positions.append(more.positions.begin(), more.positions.end());
+    mesh.texture_coordinates.append(more.texture_coordinates.begin(), more.texture_coordinates.end());
+    for (const std::uint32_t i : more.triangles) mesh.triangles.push_back(i + static_cast<std::uint32_t>(end.first_vertex));
+    glb_options options{.camera = some_camera()};
+    options.attributes = {{"_LABEL", 1, {}}, {"_NORMAL_2", 3, {}}};
+    for (vertex_attribute& a : options.attributes)
+        for (std::size_t i = 0; i < mesh.vertex_count() * a.channels; ++i) a.values.push_back(static_cast<float>(i) - 7.5F);
+    const tinygltf::Model model = read_back(encode_glb(mesh, two, options));
+    const std::vector<tinygltf::Primitive>& primitives = model.meshes.at(0).primitives;
+    REQUIRE(primitives.size() == 3);
+    for (const vertex_attribute& a : options.attributes) {
+        const auto first = accessor_values<float>(model, primitives[0].attributes.at(a.name));
+        const auto second = accessor_values<float>(model, primitives[1].attributes.at(a.name));
+        CHECK(first == buffer<float>(a.values.begin(), a.values.begin() + end.first_vertex * a.channels));
+        CHECK(second == buffer<float>(a.values.begin() + end.first_vertex * a.channels, a.values.end()));
+        CHECK(primitives[2].attributes.count(a.name) == 0);
+    }
+    CHECK(accessor_values<float>(model, primitives[1].attributes.at("POSITION")) == more.positions);
+    const buffer<std::uint16_t> indices = accessor_values<std::uint16_t>(model, primitives[1].indices);
+    CHECK(buffer<std::uint32_t>(indices.begin(), indices.end()) == more.triangles);
+}
+
+TEST_CASE("an attribute that glTF does not allow, or that does not fit the mesh, is refused") {
+    const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
+    const textured_mesh mesh = make_sheet(2, 2);
+    const auto result_of = [&](const buffer<vertex_attribute>& attributes) {
+        glb_options options;
+        options.attributes = attributes;
+        return raised([&] { encode_glb(mesh, texture, options); });
+    };
+    const buffer<float> four(4, 1.0F);
+    for (const char* name : {"", "_", "LABEL", "_label", "_A\"B", "POSITION"})
+        CHECK(result_of({{name, 1, four}}) == error_code::invalid_option);
+    CHECK(result_of({{"_A", 1, four}, {"_A", 1, four}}) == error_code::invalid_option);
+    CHECK(result_of({{"_A", 0, {}}}) == error_code::invalid_option);
+    CHECK(result_of({{"_A", 5, buffer<float>(20)}}) == error_code::invalid_option);
+    CHECK(result_of({{"_A", 2, four}}) == error_code::invalid_option);
+    CHECK(result_of({{"_A", 1, buffer<float>(4, std::nanf(""))}}) == error_code::invalid_option);
+}
+
 TEST_CASE("parts that don't fit the textures, or triangles across parts, are refused") {
     const byte_string texture = encode_jpeg(smooth_picture(8, 8, 3), 85);
     const std::vector<std::span<const std::byte>> two{texture, texture};
@@ -342,6 +389,9 @@ TEST_CASE("the Khronos validator finds no error and no warning") {
     for (const std::uint32_t i : more.triangles) parts.triangles.push_back(i + 16);
     save_glb(folder / "parts.glb", parts, std::vector<std::span<const std::byte>>{texture, texture});
     paths += " '" + (folder / "parts.glb").string() + "'";
+    glb_options with_attributes{.camera = some_camera()};
+    with_attributes.attributes = {{"_LABEL", 1, buffer<float>(72, 2.5F)}, {"_DIRECTION", 3, buffer<float>(3 * 72, -1.0F)}};
+    add("attributes.glb", make_sheet(9, 8), texture, with_attributes);
     const std::string validate = "node '" + (validator / "validate.mjs").string() + "'";
     CHECK(std::system((validate + paths + " > /dev/null").c_str()) == 0);
 

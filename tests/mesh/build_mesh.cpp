@@ -171,7 +171,9 @@ TEST_CASE("A camera of another size, or placements of other charts, raise an err
     const charted_graph c = ldi_test::random_charts(3, 20);
     ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);
-    const auto build = [&] { return ldi::build_mesh(layers_of(c), {camera, range, {}}, c.charts, atlas_of(placements), small_options()); };
+    const auto build = [&] {
+        return ldi::build_mesh(layers_of(c), {camera, range, {}}, c.charts, atlas_of(placements), small_options());
+    };
     REQUIRE_NOTHROW(build());
     camera.width += 1;
     REQUIRE_THROWS_AS(build(), ldi::error);

@@ -119,7 +119,8 @@ TEST_CASE(
     for (const std::int32_t width : {37, 64, 150, 331, 512}) {
         const ldi::graph g = ldi::make_grid(width, 3);
         ldi::buffer<float> disparity;
-        for (std::int32_t i = 0; i < g.count(); ++i) disparity.push_back(static_cast<float>(g.x()[i]) / static_cast<float>(width));
+        for (std::int32_t i = 0; i < g.count(); ++i)
+            disparity.push_back(static_cast<float>(g.x()[i]) / static_cast<float>(width));
         ldi::chart_set charts;
         charts.chart_of.assign(g.size(), 0);
         ldi::chart& all = charts.charts.emplace_back();

@@ -26,7 +26,8 @@ ldi::chart_set whole(const ldi::graph_view& g) {
 ldi::stud_set studs_of(const ldi::graph_view& g, ldi::array_view<const float> disparity, const ldi::chart_set& charts,
                        ldi::stud_options options) {
     options.texture_tolerance = 1000.0F;
-    return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts, ldi::trace_outlines(g, disparity, charts), options);
+    return ldi::make_studs(ldi::testing::surfaces_of(g, disparity), {}, charts, ldi::trace_outlines(g, disparity, charts),
+                           options);
 }
 
 }  // namespace
@@ -116,7 +117,8 @@ TEST_CASE("All pixels within the clearance of a stud's vertex belong to its char
         REQUIRE(studs.first_stud.size() == c.charts.charts.size() + 1);
         REQUIRE(studs.first_vertex.size() == static_cast<std::size_t>(studs.first_stud.back()) + 1);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
-            ldi::buffer<std::int32_t> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()), ldi::no_pixel);
+            ldi::buffer<std::int32_t> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()),
+                                         ldi::no_pixel);
             for (std::int32_t pixel : c.charts.charts[chart].pixels) {
                 const std::size_t i = static_cast<std::size_t>(pixel);
                 at[static_cast<std::size_t>(g.y()[i] * g.width() + g.x()[i])] = pixel;

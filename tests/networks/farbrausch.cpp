@@ -3,9 +3,9 @@
 #include <ldi/networks/farbrausch.hpp>
 #include <ldi/nn/ldi/convolution_layer.hpp>
 
-#include "tests/support/sketched_graph.hpp"
 #include "tests/networks/reference_farbrausch.hpp"
 #include "tests/support/random_graph.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -98,7 +98,8 @@ golden_case read_case(const std::string& name, const std::string& network = "far
     for (std::size_t i = 0; i < exists.size(); ++i)
         if (exists[i] != 0) order.push_back(static_cast<std::int32_t>(i));
     const std::size_t count = order.size();
-    golden_case result{photo_layers(make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]))), {}, {}, {}};
+    golden_case result{
+        photo_layers(make_grid(static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]))), {}, {}, {}};
     result.layers.keep(exists);
     std::size_t holes = 0;
     for (std::size_t i = 0; i < count; ++i) {

@@ -68,7 +68,8 @@ TEST_CASE("color does not cross silhouettes") {
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x < 40 ? 0.2F : 0.8F;
     ldi::photo_layer lifted = ldi::test::lift_disparity(map);
     for (std::size_t i = 0; i < lifted.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) lifted.column<ldi::color_column>()[3 * i + c] = lifted.topology().x()[i] < 40 ? 30 : 220;
+        for (std::size_t c = 0; c < 3; ++c)
+            lifted.column<ldi::color_column>()[3 * i + c] = lifted.topology().x()[i] < 40 ? 30 : 220;
     const auto curves = ldi::find_discontinuity_curves(lifted, {});
     ldi::photo_layers layers =
         ldi::expand(std::move(lifted), {}, std::span<const ldi::discontinuity_curve>(curves), {.motion = 0.5F}).layers;

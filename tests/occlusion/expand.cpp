@@ -49,7 +49,8 @@ void require_sound(const ldi::graph_view& g, std::span<const float> disparity, s
     REQUIRE_FALSE(broken);
     ldi::buffer<ldi::buffer<std::size_t>> at(static_cast<std::size_t>(g.width()) * static_cast<std::size_t>(g.height()));
     for (std::size_t i = 0; i < g.size(); ++i) {
-        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])].push_back(i);
+        at[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])]
+            .push_back(i);
         for (ldi::side s : ldi::all_sides) {
             const std::int32_t n = g.neighbors(s)[i];
             if (n != ldi::no_pixel)
@@ -82,10 +83,12 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
         options.iterations = 12;
         int iterations = 0;
         const ldi::photo_layers expanded =
-            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options, {}, [&](const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
+            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options, {},
+                        [&](const ldi::graph_view& g, std::span<const float> disparity, std::size_t first_new) {
                             ++iterations;
                             require_sound(g, disparity, first_new);
-                        }).layers;
+                        })
+                .layers;
         REQUIRE(iterations <= 12);
         REQUIRE_FALSE(ldi::validate_canonical(expanded.topology(), expanded.column<ldi::disparity_column>()));
     }
@@ -144,7 +147,8 @@ TEST_CASE(
         const auto curves = ldi::find_discontinuity_curves(lifted, {});
         ldi::expand_options options;
         options.motion = motion;
-        const ldi::photo_layers grown = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+        const ldi::photo_layers grown =
+            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
         ldi::image<std::uint8_t> has_hidden(120, 120);
         for (std::size_t i = 0; i < grown.size(); ++i)
             if (grown.column<ldi::known_column>()[i] == 0) has_hidden(grown.topology().y()[i], grown.topology().x()[i], 0) = 1;
@@ -278,7 +282,8 @@ TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the l
         curves[0].constraints = {{60.0F, 60.0F, along_x, along_y, -along_y, along_x}};
         ldi::expand_options options;
         options.motion = 0.25F;
-        const ldi::photo_layers expanded = ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
+        const ldi::photo_layers expanded =
+            ldi::expand(lifted, {}, std::span<const ldi::discontinuity_curve>(curves), options).layers;
         std::size_t hidden = 0, past = 0;
         for (std::int32_t i = 0; i < expanded.topology().count(); ++i) {
             if (expanded.column<ldi::known_column>()[i] != 0) continue;

@@ -119,7 +119,8 @@ TEST_CASE("grain does not cross a cut: noise on another surface counts nothing")
     ldi::photo_layers layers = noisy_around_a_band(10.0);
     for (std::int32_t i = 0; i < width * height; ++i) {
         const std::int32_t x = i % width;
-        if (x == 40 || x == 79) layers.edit_links([&](ldi::link_editor& links) { links.unlink(i, x == 40 ? ldi::side::left : ldi::side::right); });
+        if (x == 40 || x == 79)
+            layers.edit_links([&](ldi::link_editor& links) { links.unlink(i, x == 40 ? ldi::side::left : ldi::side::right); });
         if (x == 45 || x == 74)  // a smooth rim, on the band's side of the cut
             layers.column<ldi::known_column>()[static_cast<std::size_t>(i)] = 1;
     }

@@ -24,9 +24,9 @@ struct bound {
     double per_pixel, per_hidden_pixel;
 };
 constexpr bound bounds[] = {
-    {"depth estimation", 20, 0},    {"depth filter", 120, 0},       {"connected components", 90, 0},
+    {"depth estimation", 20, 0},     {"depth filter", 120, 0},       {"connected components", 90, 0},
     {"occluded geometry", 200, 160}, {"color inpainting", 180, 230}, {"chart generation", 70, 100},
-    {"chart padding", 180, 190},    {"meshing", 140, 250},
+    {"chart padding", 180, 190},     {"meshing", 140, 250},
 };
 
 /// Widths of maps for a photo 128 pixels wide, and of what they show, in samples.

@@ -51,7 +51,8 @@ TEST_CASE(
         const buffer<discontinuity_curve> curves = find_discontinuity_curves(layer, {}, {.shortest_length = 4});
         close_spurious_discontinuities(layer, curves);
         unmix_colors(layer);
-        auto layers = expand(std::move(layer), {}, std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10}).layers;
+        auto layers =
+            expand(std::move(layer), {}, std::span<const discontinuity_curve>(curves), {.motion = 1.0F, .iterations = 10}).layers;
         const serial_executor threads;
         diffusion_inpainter().inpaint(layers, {}, threads);
         add_texture(layers);

@@ -139,8 +139,10 @@ TEST_CASE("the median is applied twice before the depth map is brought to the ph
 
 TEST_CASE("curves of fewer than 20 pixel sides are no curves") {
     const auto curves_around = [](int width, int height) {
-        return ldi::find_discontinuity_curves(lifted(
-            filled(30, 30, [=](int x, int y) { return x >= 10 && y >= 10 && x < 10 + width && y < 10 + height ? 0.8F : 0.2F; })), {});
+        return ldi::find_discontinuity_curves(
+            lifted(filled(30, 30,
+                          [=](int x, int y) { return x >= 10 && y >= 10 && x < 10 + width && y < 10 + height ? 0.8F : 0.2F; })),
+            {});
     };
     CHECK(curves_around(4, 5).empty());  // 18 sides
     const auto curves = curves_around(5, 5);
@@ -174,7 +176,8 @@ TEST_CASE("a curve's direction at its end is that of its last 20 sides, also whe
     const ldi::photo_layers grown = ldi::expand(closed, {}, curves, {.motion = 0.5F}).layers;
     std::size_t beyond = 0, hidden = 0;
     for (std::size_t i = 0; i < grown.size(); ++i) {
-        const float x = static_cast<float>(grown.topology().x()[i]) + 0.5F, y = static_cast<float>(grown.topology().y()[i]) + 0.5F;
+        const float x = static_cast<float>(grown.topology().x()[i]) + 0.5F,
+                    y = static_cast<float>(grown.topology().y()[i]) + 0.5F;
         if (grown.column<ldi::known_column>()[i] != 0 || grown.column<ldi::disparity_column>()[i] < 0.4F || x < 41.0F) continue;
         ++hidden;
         beyond += 4.0F * (x - end.x) + 16.0F * (y - end.y) > 0.0F ? 1U : 0U;

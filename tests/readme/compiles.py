@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The C++ lines of README.md compile as they stand.
+"""The C++ of README.md compiles as it stands: its first block is a program, which writes a GLB; the others are lines of one.
 
     compiles.py COMPILER [FLAG...]
 """
@@ -7,12 +7,24 @@
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 page = (ROOT / "README.md").read_text(encoding="utf-8")
-lines = [line for block in re.findall(r"^```cpp\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for line in block.splitlines() if line]
+first, *blocks = re.findall(r"^```cpp\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+if len(first.splitlines()) > 15:
+    sys.exit("The first program of README.md is longer than 15 lines")
+with tempfile.TemporaryDirectory() as folder:
+    (Path(folder) / "square.cpp").write_text(first, encoding="utf-8")
+    subprocess.run([*sys.argv[1:], "-std=c++20", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'single_include'}", "square.cpp", "-o", "square"],
+                   cwd=folder, check=True)
+    subprocess.run(["./square"], cwd=folder, check=True)
+    if (Path(folder) / "square.glb").read_bytes()[:4] != b"glTF":
+        sys.exit("The first program of README.md writes no GLB file")
+
+lines = [line for block in blocks for line in block.splitlines() if line]
 includes = [line for line in lines if line.startswith("#include")]
 statements = [line for line in lines if not line.startswith("#include")]
 if len(includes) < 3 or len(statements) < 6:
@@ -22,7 +34,7 @@ program = "\n".join([
     *includes, "#include <span>",
     "struct normal { using scalar = float; static constexpr std::size_t channels = 3; };",
     "void readme(ldi::image_view<const std::uint8_t> photo, ldi::image<float> map, ldi::image_view<const float> disparity,",
-    "            std::span<const float> normals) {", *statements, "(void)result, (void)layer;", "}", ""])
+    "            ldi::image_view<const float> normals) {", *statements, "(void)result, (void)made, (void)options, (void)disparity;", "}", ""])
 flags = ["-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'include'}", "-x", "c++", "-"]
 result = subprocess.run([*sys.argv[1:], *flags], input=program, capture_output=True, text=True)
 if result.returncode != 0:

@@ -37,7 +37,8 @@ photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t c
 
 std::size_t link_count(const graph_view& g) {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < g.size(); ++i) count += (g.right()[i] != no_pixel ? 1U : 0U) + (g.down()[i] != no_pixel ? 1U : 0U);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        count += (g.right()[i] != no_pixel ? 1U : 0U) + (g.down()[i] != no_pixel ? 1U : 0U);
     return count;
 }
 
@@ -75,8 +76,8 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
         const rendering seen = render_layers(layers, scene_range, v, from);
         buffer<std::int32_t> front(seen.depth.size(), no_pixel);
         for (std::size_t i = 0; i < g.size(); ++i) {
-            std::int32_t& nearest =
-                front[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) + static_cast<std::size_t>(g.x()[i])];
+            std::int32_t& nearest = front[static_cast<std::size_t>(g.y()[i]) * static_cast<std::size_t>(g.width()) +
+                                          static_cast<std::size_t>(g.x()[i])];
             if (nearest == no_pixel || disparity[i] > disparity[static_cast<std::size_t>(nearest)])
                 nearest = static_cast<std::int32_t>(i);
         }
@@ -120,7 +121,8 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
     for (std::int32_t y = 0; y < 16; ++y)
-        for (const std::int32_t x : {15, 20}) layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
+        for (const std::int32_t x : {15, 20})
+            layers.edit_links([&](link_editor& links) { links.unlink(y * 40 + x, side::left); });
     const view v = own_view(layers.topology());
     // Near moves 10 to the right, far 2: the strip leaves [15, 20) for [25, 30), and [17, 22) of the plane behind is open.
     const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 1, 10)).layers;
@@ -161,7 +163,8 @@ TEST_CASE("threads do not change what is peeled") {
     const photo_layers layers = random_lifted(random, 50, 45);
     const view v = own_view(layers.topology()), from = random_view(v, random);
     thread_pool threads(3);
-    const photo_layers one = peel(layers, scene_range, v, from).layers, many = peel(layers, scene_range, v, from, {}, threads).layers;
+    const photo_layers one = peel(layers, scene_range, v, from).layers,
+                       many = peel(layers, scene_range, v, from, {}, threads).layers;
     CHECK(one.topology() == many.topology());
     CHECK(one.column<color_column>() == many.column<color_column>());
     CHECK(one.column<disparity_column>() == many.column<disparity_column>());

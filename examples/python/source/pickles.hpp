@@ -75,7 +75,8 @@ inline std::shared_ptr<layers_value> layers_from(const py::tuple& state) {
     const auto layer = make_layer(items[0].cast<std::shared_ptr<depth_value>>(), items[1].cast<float>(), 0);
     auto layers = make_layers(*layer, items[2].cast<float>());
     layers->geometry = items[3].cast<geometry_id>();
-    buffer<std::uint8_t> color = column_of<std::uint8_t>(items[4], 3, "color"), known = column_of<std::uint8_t>(items[5], 1, "known");
+    buffer<std::uint8_t> color = column_of<std::uint8_t>(items[4], 3, "color"),
+                         known = column_of<std::uint8_t>(items[5], 1, "known");
     const std::size_t rows = layers->layers.size();
     if (color.size() != 3 * rows || known.size() != rows)
         raise(error_code::invalid_data, "pickle", "colors of " + std::to_string(rows) + " pixels", "another number");

@@ -92,15 +92,12 @@ inline photo3d_value parts_of(photo3d&& made, const photo3d_options& options) {
     depth_value depth;
     depth.photo = std::move(made.photo), depth.estimated = std::move(made.estimated);
     depth.disparity = std::move(made.disparity), depth.range = made.facts.range;
-    silhouettes_value silhouettes{std::make_shared<depth_value>(std::move(depth)),
-                                  options.focal_length_35mm,
-                                  made.facts,
-                                  std::move(made.curves),
-                                  {}};
+    silhouettes_value silhouettes{
+        std::make_shared<depth_value>(std::move(depth)), options.focal_length_35mm, made.facts, std::move(made.curves), {}};
     const geometry_id id = new_geometry_id();
-    return {std::make_shared<layers_value>(layers_value{
-                working_layers<>(std::move(made.layers)), std::make_shared<silhouettes_value>(std::move(silhouettes)),
-                options.expand.motion, id}),
+    return {std::make_shared<layers_value>(layers_value{working_layers<>(std::move(made.layers)),
+                                                        std::make_shared<silhouettes_value>(std::move(silhouettes)),
+                                                        options.expand.motion, id}),
             std::make_shared<charts_value>(charts_value{std::move(made.charts), id}),
             std::make_shared<atlas_value>(atlas_value{std::move(made.atlas), id}),
             std::make_shared<mesh_value>(mesh_value{std::move(made.mesh), id})};

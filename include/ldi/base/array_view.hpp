@@ -22,15 +22,13 @@ public:
     constexpr array_view() = default;
     constexpr array_view(T* data, std::size_t size) : data_(data), size_(size) {}
     array_view(buffer<value_type>& values) : array_view(values.data(), values.size()) {}
-    array_view(const buffer<value_type>& values)
-        requires std::is_const_v<T>
-        : array_view(values.data(), values.size()) {}
+    array_view(const buffer<value_type>& values) requires std::is_const_v<T> : array_view(values.data(), values.size()) {}
     template <class U>
-        requires std::is_convertible_v<U (*)[], T (*)[]>
+    requires std::is_convertible_v<U (*)[], T (*)[]>
     constexpr array_view(std::span<U> values) : array_view(values.data(), values.size()) {}
     template <class U>
-        requires(std::is_same_v<const U, T> && !std::is_const_v<U>)
-    constexpr array_view(array_view<U> values) : array_view(values.data(), values.size()) {}
+    requires(std::is_same_v<const U, T> && !std::is_const_v<U>) constexpr array_view(array_view<U> values)
+        : array_view(values.data(), values.size()) {}
 
     constexpr T* data() const { return data_; }
     constexpr std::size_t size() const { return size_; }

@@ -247,8 +247,8 @@ private:
     bool is_off_surface(std::int32_t pixel, std::int32_t steps_x, std::int32_t steps_y, std::int32_t other) const {
         array_view<const std::int32_t> along_x = steps_x < 0 ? graph_.left() : graph_.right();
         array_view<const std::int32_t> along_y = steps_y < 0 ? graph_.up() : graph_.down();
-        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps, array_view<const std::int32_t> second,
-                              std::int32_t second_steps) {
+        const auto walk = [&](array_view<const std::int32_t> first, std::int32_t first_steps,
+                              array_view<const std::int32_t> second, std::int32_t second_steps) {
             std::int32_t at = pixel;
             for (std::int32_t step = 0; step < first_steps + second_steps; ++step) {
                 const std::int32_t next = (step < first_steps ? first : second)[at];
@@ -282,8 +282,8 @@ private:
 
 }  // namespace detail
 
-/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises error_code::invalid_option if an option is outside its range.
-/// Linear time; up to 18 bytes per pixel, and 120 per chart.
+/// Partitions all pixels of a layered image into charts. `surface` is the rule that its pixels are linked by. Raises
+/// error_code::invalid_option if an option is outside its range. Linear time; up to 18 bytes per pixel, and 120 per chart.
 template <has_columns<disparity_column> Layers>
 chart_set make_charts(const Layers& layers, surface_rule surface, const chart_options& options = {}) {
     if (options.max_side < 16) raise(error_code::invalid_option, "max_side", "at least 16", std::to_string(options.max_side));

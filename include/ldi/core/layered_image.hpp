@@ -87,15 +87,13 @@ public:
     /// Columns are zero.
     explicit layered_image(graph g) : graph_(std::move(g)) { (zero_column<Columns>(), ...); }
     /// columns  K x channels scalars each, in the order of the tags. Raises mismatch for any other length.
-    layered_image(graph g, buffer<typename Columns::scalar>... columns)
-        requires(sizeof...(Columns) > 0)
-        : graph_(std::move(g)) {
+    layered_image(graph g, buffer<typename Columns::scalar>... columns) requires(sizeof...(Columns) > 0) : graph_(std::move(g)) {
         (set_column<Columns>(std::move(columns)), ...);
     }
     /// Takes the graph and the columns that both have; other columns are zero.
     template <payload_column... Others>
-        requires(!std::is_same_v<layered_image<Others...>, layered_image>)
-    explicit layered_image(layered_image<Others...>&& other) : graph_(std::move(other.graph_)) {
+    requires(!std::is_same_v<layered_image<Others...>, layered_image>) explicit layered_image(layered_image<Others...>&& other)
+        : graph_(std::move(other.graph_)) {
         const auto take = [&]<class Column>(const Column&) {
             if constexpr (layered_image<Others...>::template has<Column>)
                 values<Column>() = std::move(other.template values<Column>());
@@ -142,8 +140,7 @@ public:
     /// Replaces a column without a copy. Raises mismatch unless there are K x channels scalars.
     template <payload_column Column>
     void set_column(buffer<typename Column::scalar> scalars) {
-        if (scalars.size() != size() * Column::channels)
-            detail::refuse_column_length(size() * Column::channels, scalars.size());
+        if (scalars.size() != size() * Column::channels) detail::refuse_column_length(size() * Column::channels, scalars.size());
         values<Column>() = std::move(scalars);
     }
 
@@ -299,8 +296,8 @@ namespace detail {
 struct expansion_access;
 }
 
-/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not. expand()
-/// turns it into a layered image.
+/// One layer in the order of the photo: pixel (x, y) has index y * width + x. Links and values may change, pixels may not.
+/// expand() turns it into a layered image.
 template <payload_column... Columns>
 class single_layer {
 public:

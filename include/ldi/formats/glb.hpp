@@ -30,6 +30,14 @@
 
 namespace ldi::inline LDI_CONFIGURATION {
 
+/// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
+struct vertex_attribute {
+    /// As glTF demands of attributes that it does not define: an underscore, then capital letters, digits and underscores.
+    std::string name;
+    std::size_t channels = 1;  ///< 1 to 4
+    buffer<float> values;      ///< V x channels, finite
+};
+
 struct glb_options {
     /// The camera that took the photo, for viewers that start there. Absent: the file has none.
     std::optional<pinhole_camera> camera;
@@ -41,6 +49,8 @@ struct glb_options {
     depth_range range = {};
     /// What the photo is called, in UTF-8: `source` among the scene's extras. Empty: the file does not say.
     std::string source = {};
+    /// More attributes of the vertices, each with a name of its own. Soft edges have none.
+    buffer<vertex_attribute> attributes = {};
     /// Backs of triangles are drawn too. They are seen only from far off the photo's viewpoint, where the alternative is a hole.
     bool double_sided = true;
 };
@@ -52,8 +62,8 @@ struct glb_options {
 ///
 /// textures  one JPEG or PNG file for each part of the mesh
 /// Raises mismatch for another number of textures; invalid_data if the mesh is empty, has a coordinate that is not finite, a
-/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; too_large beyond
-/// 4 GB.
+/// texture coordinate outside [0, 1] or an index out of range, or if a texture is no complete JPEG or PNG file; invalid_option
+/// for an attribute with another name, number of channels or number of values than vertex_attribute says; too_large beyond 4 GB.
 buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const std::span<const std::byte>> textures,
                              const glb_options& options = {});
 
@@ -97,6 +107,26 @@ inline void check_contents(const textured_mesh& mesh, std::span<const std::span<
         if (!is_jpeg(texture) && !is_png(texture))
             raise(error_code::invalid_data, "encode_glb", "a JPEG or PNG file as texture", describe_format(texture));
         read_picture_header(texture, "texture");
+    }
+}
+
+inline void check_attributes(const textured_mesh& mesh, const buffer<vertex_attribute>& attributes) {
+    const auto refuse = [](const vertex_attribute& a, const char* expected, const std::string& found) {
+        raise(error_code::invalid_option, "glb_options::attributes", expected, found + " in " + a.name);
+    };
+    for (std::size_t i = 0; i < attributes.size(); ++i) {
+        const vertex_attribute& a = attributes[i];
+        const auto is_allowed = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
+        if (a.name.size() < 2 || a.name.size() > 64 || a.name[0] != '_' || !std::all_of(a.name.begin(), a.name.end(), is_allowed))
+            refuse(a, "a name of an underscore, then up to 63 capital letters, digits and underscores", "others");
+        for (std::size_t k = 0; k < i; ++k)
+            if (attributes[k].name == a.name) refuse(a, "a name for each attribute", "the same name twice");
+        if (a.channels < 1 || a.channels > 4) refuse(a, "1 to 4 channels", std::to_string(a.channels));
+        if (a.values.size() != mesh.vertex_count() * a.channels)
+            refuse(a, "one row per vertex",
+                   std::to_string(a.values.size()) + " values for " + std::to_string(mesh.vertex_count()) + " vertices");
+        for (const float value : a.values)
+            if (!std::isfinite(value)) refuse(a, "finite values", detail::to_text(value));
     }
 }
 
@@ -177,11 +207,13 @@ inline buffer<char> describe(const contents& c, const glb_options& options) {
     });
     json.add(R"(],"meshes":[{"primitives":[)");
     add_list(c.parts.size(), [&](std::size_t p) {
-        const std::size_t first = 3 * p;  // the strip, which has an accessor more, is the last
+        const geometry& g = c.parts[p];
+        const std::size_t first = c.first_accessor(p);
         json.add(R"({"attributes":{)");
-        if (c.parts[p].is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
-        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1, R"(},"indices":)",
-                 first + (c.parts[p].is_strip() ? 3U : 2U), R"(,"material":)", p, R"(,"mode":4})");
+        if (g.is_strip()) json.add(R"("COLOR_0":)", first + 2, ",");
+        json.add(R"("POSITION":)", first, R"(,"TEXCOORD_0":)", first + 1);
+        for (std::size_t a = 0; a < g.own.size(); ++a) json.add(",\"", g.own[a].name, "\":", first + 2 + a);
+        json.add(R"(},"indices":)", first + g.accessor_count() - 1, R"(,"material":)", p, R"(,"mode":4})");
     });
     json.add(R"(]}],"nodes":[{"mesh":0,"name":"3D photo"})");
     if (options.camera) json.add(R"(,{"camera":0,"name":"photo camera"})");
@@ -215,14 +247,19 @@ private:
     std::byte* to_;
 };
 
-inline void put_geometry(writer& to, const geometry& g) {
-    for (const float p : g.positions) {
+inline void put_floats(writer& to, std::span<const float> values) {
+    for (const float value : values) {
         std::uint32_t bits;
-        std::memcpy(&bits, &p, sizeof bits);
+        std::memcpy(&bits, &value, sizeof bits);
         to.put(bits);
     }
+}
+
+inline void put_geometry(writer& to, const geometry& g) {
+    put_floats(to, g.positions);
     for (const float t : g.texture_coordinates) to.put(static_cast<std::uint16_t>(std::lround(t * 65535.0F)));
     for (const std::uint8_t opacity : g.opacity) to.put((std::uint32_t{opacity} << 24) | 0xFFFFFFU);
+    for (const own_attribute& a : g.own) put_floats(to, a.values);
     for (const std::uint32_t i : g.triangles) {
         if (g.has_short_indices())
             to.put(static_cast<std::uint16_t>(i - g.first_vertex));
@@ -245,7 +282,10 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
                                     const glb_options& options) {
     using namespace detail::glb;
     detail::check_contents(mesh, textures);
-    const contents parts(mesh, textures);
+    detail::check_attributes(mesh, options.attributes);
+    buffer<own_attribute> own;
+    for (const vertex_attribute& a : options.attributes) own.push_back({a.name, a.channels, a.values});
+    const contents parts(mesh, textures, own);
     if (parts.bytes() > 0xFFFF0000)
         raise(error_code::too_large, "encode_glb", "less than 4 GB", std::to_string(parts.bytes()) + " bytes");
     const buffer<char> json = describe(parts, options);

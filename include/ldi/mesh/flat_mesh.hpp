@@ -62,8 +62,8 @@ struct flat_mesh {
 
 /// Triangulates every chart in the plane. Arguments, errors and executor as for build_mesh.
 template <has_columns<disparity_column> Layers, executor Executor = const serial_executor>
-flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options = {},
-                          Executor&& threads = {});
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts,
+                          const mesh_options& options = {}, Executor&& threads = {});
 
 namespace detail {
 
@@ -253,7 +253,8 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers, executor Executor>
-flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options, Executor&& threads) {
+flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const chart_set& charts, const mesh_options& options,
+                          Executor&& threads) {
     if (!(options.outlines.tolerance < detail::nearest_float(options.studs.clearance)))
         raise(error_code::invalid_option, "mesh_options", "an outline tolerance below the clearance of studs",
               detail::to_text(options.outlines.tolerance) + " and " + std::to_string(options.studs.clearance));

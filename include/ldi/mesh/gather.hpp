@@ -24,7 +24,8 @@ struct corner_pixels {
     std::size_t count = 0;
 };
 
-/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the corner.
+/// Those that links around the corner (x, y) reach from `pixel`, which comes first; `pixel` alone if it does not touch the
+/// corner.
 inline corner_pixels pixels_around_corner(const graph_view& g, std::int32_t pixel, std::int32_t x, std::int32_t y) {
     corner_pixels around;
     const auto add = [&](std::int32_t p) { around.pixels[around.count++] = p; };

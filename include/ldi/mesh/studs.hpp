@@ -87,7 +87,8 @@ public:
     buffer<std::uint8_t> present;
     buffer<single> singles;
 
-    stud_sampler(const graph_view& g, array_view<const float> disparity, const chart_outlines& outlines, const stud_options& options)
+    stud_sampler(const graph_view& g, array_view<const float> disparity, const chart_outlines& outlines,
+                 const stud_options& options)
         : g_(g),
           disparity_(disparity),
           outlines_(outlines),
@@ -275,7 +276,8 @@ private:
 }  // namespace detail
 
 template <has_columns<disparity_column> Layers>
-stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines, const stud_options& options) {
+stud_set make_studs(const Layers& layers, const depth_range& range, const chart_set& charts, const chart_outlines& outlines,
+                    const stud_options& options) {
     if (options.spacing < 1 || options.clearance < 1 || options.clearance > 64 || !(options.disparity_tolerance >= 0) ||
         !(options.texture_tolerance > 0))
         raise(error_code::invalid_option, "stud_options",

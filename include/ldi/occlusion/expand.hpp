@@ -45,8 +45,8 @@ namespace detail {
 
 class expansion {
 public:
-    expansion(graph_builder base, array_view<const float> disparity, surface_rule surface, std::span<const discontinuity_curve> curves,
-              float motion)
+    expansion(graph_builder base, array_view<const float> disparity, surface_rule surface,
+              std::span<const discontinuity_curve> curves, float motion)
         : pixels_(std::move(base), disparity), surface_(surface), curves_(curves), reach_(disparity.size(), 0.0F) {
         const float pixels_per_disparity = motion * nearest_float((std::max)(pixels_.width(), pixels_.height()));
         const float margin = half_pixels + mesh_pixels + mesh_disparity * pixels_per_disparity;
@@ -257,17 +257,17 @@ private:
 ///
 /// Returns the same image with hidden pixels added, in canonical order. The disparity of a new pixel is the average of those that
 /// it grew from, and always farther than the photo's at that position by more than surface_rule::largest_step; every other column
-/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to another
-/// within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors differ
-/// by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity,
-/// first_new)`, if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
+/// follows its own rule (new_pixel in core/columns.hpp). New links join pixels of one surface. A surface that can't be linked to
+/// another within the threshold goes on beneath it for a few pixels, so that no camera sees a gap between them; there neighbors
+/// differ by up to twice the threshold, and disparities may be a little below 0. `after_iteration(graph, disparity, first_new)`,
+/// if given, sees the unordered state after every iteration (for tests and pictures; it costs a copy each).
 ///
 /// At most 1 / surface_rule::largest_step surfaces lie at one position; noise at all scales adds five pixels per pixel of the
 /// photo, most photos less than a half. Time is linear in the pixels of the result; up to 110 bytes for each of them.
 template <payload_column... Columns, class AfterIteration = std::nullptr_t>
 expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule surface,
-                                 std::span<const discontinuity_curve> curves, const expand_options& options = {},
-                                 const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
+                                   std::span<const discontinuity_curve> curves, const expand_options& options = {},
+                                   const progress_listener& progress = {}, AfterIteration&& after_iteration = nullptr) {
     static_assert(has_columns<single_layer<Columns...>, disparity_column>);
     if (options.iterations < 0)
         raise(error_code::invalid_option, "expand_options::iterations", "0 or more", std::to_string(options.iterations));

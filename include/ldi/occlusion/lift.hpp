@@ -20,8 +20,7 @@ namespace ldi::inline LDI_CONFIGURATION {
 namespace detail {
 
 /// Sets the positions and links of the pixels of row y.
-inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface,
-                      graph_builder& g) {
+inline void place_row(image_view<const float> disparity, std::int32_t y, surface_rule surface, graph_builder& g) {
     const std::int32_t stride = g.width(), start = y * stride;
     const float* here = disparity.row(y);
     const float* above = y > 0 ? disparity.row(y - 1) : nullptr;
@@ -76,7 +75,8 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
         for (std::size_t y = first; y < last; ++y) detail::place_row(disparity, static_cast<std::int32_t>(y), surface, g);
     });
     buffer<std::uint8_t> known(rows * columns, 1), matte(rows * columns, 0);
-    return photo_layer(photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
+    return photo_layer(
+        photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
 }  // namespace ldi

@@ -169,8 +169,9 @@ private:
 
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///
-/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is one.
-/// Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all lie there.
+/// Cleans the colors beside silhouettes, or marks them as unknown. Call it before expand(). Sets the matte column, if there is
+/// one. Raises invalid_option. Time is linear but for sorting the pixels beside silhouettes; up to 150 bytes per pixel, where all
+/// lie there.
 template <payload_column... Columns>
 void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& options = {}) {
     static_assert(has_columns<single_layer<Columns...>, color_column, disparity_column, known_column>);

@@ -45,8 +45,8 @@ inline float share_of_way(const std::uint8_t* color, const std::uint8_t* from, c
 
 }  // namespace detail
 
-/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no known
-/// pixel behind them. Call it after unmix_colors() and before expand().
+/// Marks the known pixels of the background within `width` pixels of silhouettes as unknown, except those that would have no
+/// known pixel behind them. Call it after unmix_colors() and before expand().
 ///
 /// layers  every pixel with a missing link inside the photo lies on a silhouette
 ///

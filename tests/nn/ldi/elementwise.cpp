@@ -97,3 +97,30 @@ TEST_CASE("what is done to each pixel by itself has the same bits on any number 
     CHECK(concatenate({a, b}).values == concatenate({a, b}, three).values);
     CHECK(sigmoid(a).values == sigmoid(a, three).values);
 }
+
+TEST_CASE("maps of bytes are added in their quantizations, joined, and cut at their zero") {
+    const quantized_addition exact = make_quantized_addition({0.02F, 10}, {0.03F, 200}, {0.04F, 90});
+    const add_u8_constants sum = prepare_add_u8(best_isa(), exact);
+    testing::for_random_graphs(24, 60, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half = coarsen(layers.topology());
+        const auto random_bytes = [&](std::size_t pixels, std::uint8_t zero) {
+            basic_feature_map<std::uint8_t> map(pixels, 3, zero);
+            for (std::uint8_t& value : map.values) value = static_cast<std::uint8_t>(random());
+            return map;
+        };
+        const auto a = random_bytes(layers.topology().size(), 10), b = random_bytes(a.pixels(), 200),
+                   coarse = random_bytes(half.kept.size(), 200), joined = random_bytes(a.pixels(), 10);
+        const auto beside = add(a, b, sum), above = add(a, upsample(coarse, half.parent), sum);
+        const auto both = concatenate({basic_feature_view<std::uint8_t>(a), basic_feature_view<std::uint8_t>(joined)});
+        const auto cut = relu_u8(a);
+        REQUIRE((beside.zero == 90 && both.channels == 6));
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                CHECK(beside.at(i)[c] == add_quantized(a.at(i)[c], b.at(i)[c], exact));
+                const std::int32_t parent = half.parent[i];
+                CHECK(above.at(i)[c] == add_quantized(a.at(i)[c], parent == no_pixel ? 200 : coarse.at(parent)[c], exact));
+                CHECK((both.at(i)[c] == a.at(i)[c] && both.at(i)[3 + c] == joined.at(i)[c]));
+                CHECK(cut.at(i)[c] == (std::max)(a.at(i)[c], std::uint8_t{10}));
+            }
+    });
+}

@@ -1,12 +1,13 @@
 #include <ldi/base/executor.hpp>
 #include <ldi/nn/ldi/pooling.hpp>
 
-#include "tests/support/sketched_graph.hpp"
 #include "tests/support/random_features.hpp"
+#include "tests/support/sketched_graph.hpp"
 
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 using namespace ldi;
 
@@ -77,4 +78,22 @@ TEST_CASE("pooling has the same bits on any number of threads") {
     thread_pool three(3);
     CHECK(average_pool(fine, half).values == average_pool(fine, half, three).values);
     CHECK(max_pool(fine, half).values == max_pool(fine, half, three).values);
+}
+
+TEST_CASE("maps of bytes pool to the rounded average and the largest byte") {
+    testing::for_random_graphs(12, 200, [&](const testing::random_layers& layers, std::mt19937& random) {
+        const coarsened half = coarsen(layers.topology(), orphan_rule::adopt_nearest);
+        basic_feature_map<std::uint8_t> fine(layers.topology().size(), 3, 17);
+        for (std::uint8_t& value : fine.values) value = static_cast<std::uint8_t>(random());
+        const auto average = average_pool(fine, half), largest = max_pool(fine, half);
+        REQUIRE((average.zero == 17 && largest.zero == 17));
+        for (std::int32_t i = 0; i < half.kept.count(); ++i)
+            for (std::size_t c = 0; c < 3; ++c) {
+                int sum = 0, count = 0, most = 0;
+                for (std::int32_t p = 0; p < half.parent.count(); ++p)
+                    if (half.parent[p] == i) sum += fine.at(p)[c], ++count, most = (std::max)(most, int{fine.at(p)[c]});
+                CHECK(average.at(i)[c] == std::floor(static_cast<double>(sum) / count + 0.5));
+                CHECK(largest.at(i)[c] == most);
+            }
+    });
 }

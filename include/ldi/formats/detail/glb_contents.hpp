@@ -16,6 +16,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace ldi::inline LDI_CONFIGURATION::detail::glb {
 
@@ -48,6 +49,13 @@ private:
 /// A number of at most six digits behind the point that is this one, as far as they tell.
 inline double shortest(float value) { return std::round(1e6 * double{value}) / 1e6; }
 
+/// Values of the caller's at the vertices of a mesh.
+struct own_attribute {
+    std::string_view name;
+    std::size_t channels = 1;
+    std::span<const float> values;  ///< vertices x channels
+};
+
 /// The columns of a part of a mesh, or of its strip, as they stand in the file, in an order that aligns each to its scalars
 /// without padding.
 struct geometry {
@@ -55,6 +63,7 @@ struct geometry {
     std::span<const std::uint8_t> opacity;  ///< of a strip; else empty
     std::span<const std::uint32_t> triangles;
     std::uint32_t first_vertex = 0;  ///< that triangles count from
+    buffer<own_attribute> own = {};  ///< empty for a strip
     std::size_t texture = 0;
     std::array<double, 3> lowest{}, highest{};  ///< of positions
 
@@ -64,12 +73,18 @@ struct geometry {
     std::size_t position_bytes() const { return positions.size_bytes(); }
     std::size_t coordinate_bytes() const { return texture_coordinates.size() * sizeof(std::uint16_t); }
     std::size_t color_bytes() const { return opacity.size() * 4; }
+    std::size_t own_bytes() const {
+        std::size_t sum = 0;
+        for (const own_attribute& a : own) sum += a.values.size_bytes();
+        return sum;
+    }
+    std::size_t accessor_count() const { return 3 + (is_strip() ? 1 : 0) + own.size(); }
     std::size_t index_bytes() const {
         return triangles.size() * (has_short_indices() ? sizeof(std::uint16_t) : sizeof(std::uint32_t));
     }
     /// After which the next geometry begins at a multiple of 4.
     std::size_t padding() const { return has_short_indices() && triangles.size() % 2 == 1 ? 2 : 0; }
-    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + index_bytes(); }
+    std::size_t bytes() const { return position_bytes() + coordinate_bytes() + color_bytes() + own_bytes() + index_bytes(); }
 
     void find_extent() {
         constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -87,12 +102,13 @@ struct contents {
     buffer<geometry> parts;
     buffer<std::span<const std::byte>> textures;
 
-    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures) {
+    contents(const textured_mesh& mesh, std::span<const std::span<const std::byte>> all_textures,
+             std::span<const own_attribute> own = {}) {
         const auto add = [&](geometry part, std::size_t texture) {
             if (part.triangles.empty()) return;
             part.texture = texture;
             part.find_extent();
-            parts.push_back(part);
+            parts.push_back(std::move(part));
         };
         const std::span<const float> positions(mesh.positions), coordinates(mesh.texture_coordinates);
         const std::span<const std::uint32_t> triangles(mesh.triangles);
@@ -100,12 +116,15 @@ struct contents {
             if (!mesh.uses_texture(t)) continue;
             const mesh_part first = mesh.part(t), last = mesh.part(t + 1);
             const std::size_t vertex_count = last.first_vertex - first.first_vertex;
-            add({positions.subspan(3 * first.first_vertex, 3 * vertex_count),
-                 coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
-                 {},
-                 triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
-                 static_cast<std::uint32_t>(first.first_vertex)},
-                textures.size());
+            geometry part{positions.subspan(3 * first.first_vertex, 3 * vertex_count),
+                          coordinates.subspan(2 * first.first_vertex, 2 * vertex_count),
+                          {},
+                          triangles.subspan(3 * first.first_triangle, 3 * (last.first_triangle - first.first_triangle)),
+                          static_cast<std::uint32_t>(first.first_vertex)};
+            for (const own_attribute& a : own)
+                part.own.push_back(
+                    {a.name, a.channels, a.values.subspan(a.channels * first.first_vertex, a.channels * vertex_count)});
+            add(std::move(part), textures.size());
             textures.push_back(all_textures[t]);
         }
         const soft_edge_strip& strip = mesh.soft_edges;
@@ -121,7 +140,13 @@ struct contents {
         return sum;
     }
     /// The number of a texture's view: those of geometry come first.
-    std::size_t view_of_texture(std::size_t texture) const { return 3 * parts.size() + (has_strip() ? 1 : 0) + texture; }
+    std::size_t view_of_texture(std::size_t texture) const { return first_accessor(parts.size()) + texture; }
+    /// The number of a part's first accessor.
+    std::size_t first_accessor(std::size_t part) const {
+        std::size_t sum = 0;
+        for (std::size_t i = 0; i < part; ++i) sum += parts[i].accessor_count();
+        return sum;
+    }
 };
 
 /// The views of the file's only buffer, one after the other.
@@ -155,6 +180,11 @@ inline void add_accessors(json_text& json, view_list& views, const geometry& g, 
     if (g.is_strip()) {
         json.add(R"({"bufferView":)", views.add(g.color_bytes(), vertices), R"(,"componentType":)", unsigned_byte);
         json.add(R"(,"count":)", count, R"(,"normalized":true,"type":"VEC4"},)");
+    }
+    for (const own_attribute& a : g.own) {
+        constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+        json.add(R"({"bufferView":)", views.add(a.values.size_bytes(), vertices), R"(,"componentType":)", float32, R"(,"count":)",
+                 count, R"(,"type":")", types[a.channels - 1], R"("},)");
     }
     json.add(R"({"bufferView":)", views.add(g.index_bytes(), indices, padding), R"(,"componentType":)",
              g.has_short_indices() ? unsigned_short : unsigned_int);

@@ -81,7 +81,8 @@ inline convolution_plan plan_all(const graph_view& g, std::int32_t kernel_size, 
     return plan;
 }
 
-inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse, regular_pixels regular) {
+inline convolution_plan plan_kept(const graph_view& g, std::int32_t kernel_size, const coarsened& coarse,
+                                  regular_pixels regular) {
     convolution_plan plan;
     plan.kernel_size = kernel_size, plan.stride = 2;
     plan.input_count = g.size(), plan.output_count = coarse.kept.size();

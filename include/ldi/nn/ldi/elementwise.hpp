@@ -4,6 +4,7 @@
 #include <ldi/base/config.hpp>
 #include <ldi/base/executor.hpp>
 #include <ldi/core/graph.hpp>
+#include <ldi/kernels/add_u8.hpp>
 #include <ldi/kernels/conv_f32.hpp>
 #include <ldi/nn/ldi/feature_map.hpp>
 
@@ -19,8 +20,8 @@ namespace ldi::inline LDI_CONFIGURATION {
 
 namespace detail {
 
-template <executor Executor, class Function>
-feature_map for_each_value(feature_map values, Executor& threads, Function function) {
+template <class Value, executor Executor, class Function>
+basic_feature_map<Value> for_each_value(basic_feature_map<Value> values, Executor& threads, Function function) {
     constexpr std::size_t grain = 4096;
     parallel_for(threads, values.values.size(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) values.values[i] = function(values.values[i]);
@@ -49,27 +50,71 @@ feature_map add(feature_map a, const feature_view& b, Executor&& threads = {}) {
     return a;
 }
 
-/// Concatenates the channels of the maps. A single upsampled map is written out.
+/// The same in 8 bits, each map in its own quantization.
 ///
-/// maps  at least one, all with the same number of pixels. A convolution reads several maps directly, which is faster
+/// sum  prepare_add_u8() (kernels/add_u8.hpp) of the two quantizations and that of the result
 template <executor Executor = const serial_executor>
-feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
-    LDI_ASSERT(maps.size() > 0);
-    const std::span<const feature_view> sources(maps.begin(), maps.size());
+basic_feature_map<std::uint8_t> add(basic_feature_map<std::uint8_t> a, const basic_feature_view<std::uint8_t>& b,
+                                    const add_u8_constants& sum, Executor&& threads = {}) {
+    LDI_ASSERT(b.pixels() == a.pixels() && b.channels == a.channels);
+    constexpr std::size_t grain = 1024;
+    const buffer<std::uint8_t> missing(b.channels, b.zero);
+    parallel_for(threads, a.pixels(), grain, [&](std::size_t first, std::size_t last) {
+        std::uint8_t* to = a.values.data() + first * a.channels;
+        if (b.rows.empty() && b.mask.empty()) {
+            add_u8(sum, to, b.values.data() + first * b.channels, (last - first) * a.channels, to);
+            return;
+        }
+        for (std::size_t i = first; i < last; ++i, to += a.channels) {
+            const std::int32_t row = b.row_of(static_cast<std::int32_t>(i));
+            add_u8(sum, to, row == no_pixel ? missing.data() : b.values_of(row), a.channels, to);
+        }
+    });
+    a.zero = static_cast<std::uint8_t>(sum.exact.zero_point);
+    return a;
+}
+
+namespace detail {
+
+template <class Value, executor Executor>
+basic_feature_map<Value> concatenate(std::span<const basic_feature_view<Value>> sources, Executor& threads) {
+    LDI_ASSERT(!sources.empty());
     std::size_t channels = 0;
-    for (const feature_view& source : sources) {
-        LDI_ASSERT(source.pixels() == sources[0].pixels());
+    for (const auto& source : sources) {
+        LDI_ASSERT(source.pixels() == sources[0].pixels() && source.zero == sources[0].zero);
         channels += source.channels;
     }
-    feature_map result(sources[0].pixels(), channels);
+    basic_feature_map<Value> result(sources[0].pixels(), channels, sources[0].zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t first, std::size_t last) {
         for (std::size_t i = first; i < last; ++i) {
             const std::int32_t pixel = static_cast<std::int32_t>(i);
-            detail::copy_pixel(sources, pixel, result.at(pixel).data());
+            copy_pixel(sources, pixel, result.at(pixel).data());
         }
     });
     return result;
+}
+
+}  // namespace detail
+
+/// Concatenates the channels of the maps. A single upsampled map is written out.
+///
+/// maps  at least one, all with the same number of pixels; maps of bytes in one quantization. A convolution reads several maps
+///       directly, which is faster
+template <executor Executor = const serial_executor>
+feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& threads = {}) {
+    return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
+}
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_view<std::uint8_t>> maps,
+                                            Executor&& threads = {}) {
+    return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
+}
+
+/// relu of a map of bytes: nothing below its zero.
+template <executor Executor = const serial_executor>
+basic_feature_map<std::uint8_t> relu_u8(basic_feature_map<std::uint8_t> x, Executor&& threads = {}) {
+    return detail::for_each_value(std::move(x), threads, [zero = x.zero](std::uint8_t v) { return (std::max)(v, zero); });
 }
 
 /// relu, leaky_relu(slope) as an operator of its own, for use after an addition; a convolution_layer has its own.

@@ -11,6 +11,7 @@
 #include <ldi/nn/ldi/feature_map.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,25 +36,28 @@ struct collapsed_pixels {
     }
 };
 
+/// Sum  the type that values are combined in
 /// combine  combines the values of two pixels
 /// finish   maps a coarse pixel's combined value and number of fine pixels to the result
-template <executor Executor, class Combine, class Finish>
-feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads, Combine combine, Finish finish) {
+template <class Sum, class Value, executor Executor, class Combine, class Finish>
+basic_feature_map<Value> pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor& threads, Combine combine,
+                              Finish finish) {
     LDI_ASSERT(fine.pixels() == by.parent.size());
     const collapsed_pixels collapsed(by);
-    feature_map result(by.kept.size(), fine.channels);
+    basic_feature_map<Value> result(by.kept.size(), fine.channels, fine.zero);
     constexpr std::size_t grain = 1024;
     parallel_for(threads, result.pixels(), grain, [&](std::size_t begin, std::size_t end) {
+        buffer<Sum> sums(fine.channels);
         for (std::size_t i = begin; i < end; ++i) {
-            const std::span<float> to = result.at(i);
             const std::size_t first = collapsed.first[i], last = collapsed.first[i + 1];
             LDI_ASSERT(last > first);
-            std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, to.begin());
+            std::copy_n(fine.at(collapsed.pixels[first]).begin(), fine.channels, sums.begin());
             for (std::size_t p = first + 1; p < last; ++p) {
-                const std::span<const float> from = fine.at(collapsed.pixels[p]);
-                for (std::size_t c = 0; c < fine.channels; ++c) to[c] = combine(to[c], from[c]);
+                const std::span<const Value> from = fine.at(collapsed.pixels[p]);
+                for (std::size_t c = 0; c < fine.channels; ++c) sums[c] = combine(sums[c], Sum{from[c]});
             }
-            finish(to, last - first);
+            const std::span<Value> to = result.at(i);
+            for (std::size_t c = 0; c < fine.channels; ++c) to[c] = finish(sums[c], last - first);
         }
     });
     return result;
@@ -61,25 +65,30 @@ feature_map pool(const feature_map& fine, const coarsened& by, Executor& threads
 
 }  // namespace detail
 
-/// Average over the fine pixels of each coarse pixel.
+/// Average over the fine pixels of each coarse pixel. Bytes: rounded half up.
 ///
-/// by  coarsen() of the graph of `fine`
-template <executor Executor = const serial_executor>
-feature_map average_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
-    return detail::pool(
-        fine, by, threads, [](float a, float b) { return a + b; },
-        [](std::span<float> sums, std::size_t count) {
-            for (float& value : sums) value /= detail::nearest_float(count);
-        });
+/// fine  float or bytes
+/// by    coarsen() of the graph of `fine`
+template <class Value, executor Executor = const serial_executor>
+basic_feature_map<Value> average_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+    if constexpr (std::same_as<Value, float>)
+        return detail::pool<float>(
+            fine, by, threads, [](float a, float b) { return a + b; },
+            [](float sum, std::size_t count) { return sum / detail::nearest_float(count); });
+    else
+        return detail::pool<std::size_t>(
+            fine, by, threads, [](std::size_t a, std::size_t b) { return a + b; },
+            [](std::size_t sum, std::size_t count) { return static_cast<Value>((2 * sum + count) / (2 * count)); });
 }
 
 /// Maximum of each channel over the fine pixels of each coarse pixel.
 ///
-/// by  coarsen() of the graph of `fine`
-template <executor Executor = const serial_executor>
-feature_map max_pool(const feature_map& fine, const coarsened& by, Executor&& threads = {}) {
-    return detail::pool(
-        fine, by, threads, [](float a, float b) { return (std::max)(a, b); }, [](std::span<float>, std::size_t) {});
+/// fine  float or bytes
+/// by    coarsen() of the graph of `fine`
+template <class Value, executor Executor = const serial_executor>
+basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const coarsened& by, Executor&& threads = {}) {
+    return detail::pool<Value>(
+        fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }
 
 }  // namespace ldi

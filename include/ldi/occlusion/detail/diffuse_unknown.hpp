@@ -19,8 +19,8 @@ namespace ldi::inline LDI_CONFIGURATION::detail {
 ///
 /// A surface without any known pixel gets the mean of the known values next to unknown pixels elsewhere.
 template <std::size_t Channels, class Value, class BeforeSolving, class Store>
-void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value, BeforeSolving&& before_solving,
-                     Store&& store) {
+void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, int rounds, Value&& value,
+                     BeforeSolving&& before_solving, Store&& store) {
     diffusion<Channels> solver;
     solver.start();
     buffer<std::int32_t> cell_of(g.size(), 0);

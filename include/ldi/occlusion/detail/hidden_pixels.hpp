@@ -178,7 +178,7 @@ private:
     std::int32_t base_count_;
     buffer<std::int32_t> newest_;  // the last hidden pixel added at each position, or no_pixel
     buffer<std::int32_t> older_;   // the one added there before
-    graph_builder hidden_;  // links lead to pixels of both; it is never built
+    graph_builder hidden_;         // links lead to pixels of both; it is never built
     buffer<float> hidden_disparity_;
     buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };

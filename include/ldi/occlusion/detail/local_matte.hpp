@@ -56,7 +56,8 @@ inline mixture unmix(const float_color& color, const float_color* foregrounds, c
 /// alpha is 1 in front, 0 behind.
 class local_matte {
 public:
-    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors) : graph_(g), band_(band) {
+    local_matte(const graph_view& g, const silhouette_band& band, array_view<const std::uint8_t> colors)
+        : graph_(g), band_(band) {
         mixtures_.reserve(band.places().size());
         for (const silhouette_band::place& p : band.places()) mixtures_.push_back(estimate(p, colors));
     }

@@ -1,0 +1,58 @@
+// From a column of a layered image to a feature map, and back.
+#pragma once
+
+#include <ldi/base/array_view.hpp>
+#include <ldi/core/layered_image.hpp>
+#include <ldi/nn/ldi/feature_map.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+
+namespace ldi::inline LDI_CONFIGURATION {
+
+/// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
+///
+///     const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
+///     const auto bytes = from_column<color_column, std::uint8_t>(layers);
+///
+/// scale  float maps: every scalar is multiplied by it
+template <payload_column Column, class Value = float, has_column<Column> Layers>
+basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
+    static_assert(std::same_as<Value, float> || std::same_as<Value, typename Column::scalar>);
+    const auto column = layers.template column<Column>();
+    basic_feature_map<Value> map(layers.size(), Column::channels);
+    if constexpr (std::same_as<Value, float>)
+        std::transform(column.begin(), column.end(), map.values.begin(),
+                       [scale](auto value) { return scale * static_cast<float>(value); });
+    else
+        std::copy(column.begin(), column.end(), map.values.begin());
+    return map;
+}
+
+/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes
+/// 0.
+///
+/// map    as many pixels as the layers have, and the channels of the column
+/// scale  float maps: every value is multiplied by it before it is rounded
+template <payload_column Column, class Value, has_column<Column> Layers>
+void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale = 1.0F) {
+    using scalar = typename Column::scalar;
+    LDI_ASSERT(map.pixels() == layers.size() && map.channels == Column::channels);
+    const auto column = layers.template column<Column>();
+    std::transform(map.values.begin(), map.values.end(), column.begin(), [scale](Value value) {
+        if constexpr (std::same_as<Value, scalar> && std::integral<scalar>) {
+            return value;
+        } else if constexpr (std::integral<scalar>) {
+            const double scaled = std::round(double{scale} * static_cast<double>(value));
+            constexpr double lowest = std::numeric_limits<scalar>::min(), highest = std::numeric_limits<scalar>::max();
+            return static_cast<scalar>(std::isnan(scaled) ? 0.0 : std::clamp(scaled, lowest, highest));
+        } else {
+            return static_cast<scalar>(scale * static_cast<float>(value));
+        }
+    });
+}
+
+}  // namespace ldi

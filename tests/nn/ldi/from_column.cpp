@@ -1,0 +1,44 @@
+#include <ldi/nn/ldi/from_column.hpp>
+
+#include "tests/support/random_graph.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+using namespace ldi;
+
+TEST_CASE("a column goes to a feature map and back") {
+    testing::for_random_graphs(70, 100, [](const testing::random_layers& random_layers, std::mt19937& random) {
+        photo_layers layers(random_layers.topology());
+        layers.set_column<disparity_column>(random_layers.disparity);
+        for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
+        const feature_map colors = from_column<color_column>(layers, 1.0F / 255.0F);
+        const auto bytes = from_column<color_column, std::uint8_t>(layers);
+        const feature_map disparity = from_column<disparity_column>(layers);
+        REQUIRE((colors.channels == 3 && colors.pixels() == layers.size()));
+        for (std::int32_t i = 0; i < layers.topology().count(); ++i) {
+            for (std::size_t c = 0; c < 3; ++c) REQUIRE(colors.at(i)[c] * 255.0F == Approx(layers.at<color_column>(i)[c]));
+            REQUIRE(disparity.at(i)[0] == random_layers.disparity[i]);
+        }
+        for (const bool in_bytes : {true, false}) {
+            photo_layers other(random_layers.topology());
+            if (in_bytes)
+                to_column<color_column>(bytes, other);
+            else
+                to_column<color_column>(colors, other, 255.0F);
+            to_column<disparity_column>(disparity, other);
+            REQUIRE(other.column<color_column>() == layers.column<color_column>());
+            REQUIRE(other.column<disparity_column>() == layers.column<disparity_column>());
+        }
+    });
+}
+
+TEST_CASE("values outside a column's range are clamped, and NaN becomes 0") {
+    layered_image<known_column> layers(make_grid(5, 1));
+    feature_map map(5, 1);
+    map.values = {-7.0F, 254.6F, 1e30F, std::nanf(""), 0.4F};
+    to_column<known_column>(map, layers);
+    CHECK(layers.column<known_column>() == buffer<std::uint8_t>{0, 255, 255, 0, 0});
+}
