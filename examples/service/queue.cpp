@@ -33,8 +33,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::examples {
-namespace {
+namespace ldi::examples { namespace {
 
 struct queue_options {
     std::string broker = "amqp://guest:guest@127.0.0.1:5672/", queue = "photos", job;

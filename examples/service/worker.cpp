@@ -32,8 +32,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::examples {
-namespace {
+namespace ldi::examples { namespace {
 
 static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler sets it
 std::atomic<bool> is_ending{false};

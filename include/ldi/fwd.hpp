@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class error_code;
 struct error_details;
@@ -32,4 +32,4 @@ struct textured_mesh;
 struct photo3d;
 struct photo3d_options;
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -43,7 +43,7 @@
 #include <tuple>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
@@ -412,4 +412,4 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     return make_photo3d(photo, photo_columns<>(), estimator, inpainter, options, threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

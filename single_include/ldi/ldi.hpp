@@ -125,7 +125,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kinds of errors.
 enum class error_code {
@@ -219,7 +219,7 @@ inline error_handler set_error_handler(error_handler handler) {
 #endif
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/memory.hpp
 // Where ldi's memory comes from: the caller's allocator, which `memory_scope` sets, so that an engine's budget holds for every
@@ -227,7 +227,7 @@ inline error_handler set_error_handler(error_handler handler) {
 
 #include <cstddef>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
 /// works for a stage.
@@ -274,7 +274,7 @@ private:
     const memory* before_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/buffer.hpp
 // `buffer<T>` is the one owner of values in ldi: images, graphs, columns, plans and feature maps stand on it.
@@ -285,7 +285,7 @@ private:
 #include <initializer_list>
 #include <new>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The start of a cache line, so that no vector load of packed values straddles two.
 inline constexpr std::size_t buffer_alignment = 64;
@@ -550,7 +550,7 @@ private:
     detail::memory_block block_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/array_view.hpp
 // `array_view<T>`: a non-owning view of an array. Like std::span, but any integer type indexes it without a cast.
@@ -558,7 +558,7 @@ private:
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
 template <class T>
@@ -610,7 +610,7 @@ private:
     std::size_t size_ = 0;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/executor.hpp
 // The caller's threads. Every stage that can run in parallel takes an executor; ldi starts no thread unless given a thread_pool.
@@ -623,7 +623,7 @@ private:
 #include <thread>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
@@ -784,12 +784,12 @@ private:
     bool stop_ = false;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/progress.hpp
 // Progress reports of long work, and the way to cancel it.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Both functions may be null; both are called on the thread that called the stage.
 struct progress_listener {
@@ -805,14 +805,14 @@ struct progress_listener {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/numbers.hpp
 // Conversions between kinds of numbers, by names that say what becomes of the value.
 
 #include <cmath>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
 template <std::integral Integer>
@@ -834,7 +834,7 @@ inline std::uint8_t rounded_to_byte(float value) {
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/core/camera.hpp
 // The pinhole camera that took the photo, and how disparity becomes distance. The paper lifts every vertex "along its
@@ -842,7 +842,7 @@ constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_
 
 #include <array>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
 /// y up, the camera at the origin looking along -z.
@@ -895,14 +895,14 @@ struct depth_range {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/graph.hpp
 // The topology of a layered depth image: K pixels on a lattice, any number of them at one position, each with at most one
 // neighbor per side. This is the paper's 6 x K index tensor (section "Mapping the PConv Network to LDI"); each index column is
 // one of its rows. A graph never changes; core/graph_builder.hpp makes new ones.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
@@ -1027,7 +1027,7 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
     return true;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/validate.hpp
 // Checks the invariants of a topology, and names the first broken one and its pixel. graph_builder::build() asserts the result;
@@ -1035,7 +1035,7 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
 
 #include <optional>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The invariants, in the order in which they are checked.
 enum class invariant {
@@ -1091,12 +1091,12 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/graph_builder.hpp
 // Makes graphs: adds pixels and links to an empty one or to one that exists, then hands over the result.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph in the making. Reads like a graph.
 ///
@@ -1187,13 +1187,13 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
     return std::move(g).build();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/canonical_order.hpp
 // The canonical order of pixels: scanline by scanline; in a scanline the maximal left-right linked runs, by first x, then nearest
 // first; the pixels of a run side by side. Most of an LDI in this order is ordinary image rows, and kernels treat it so.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
@@ -1266,13 +1266,13 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/runs.hpp
 // Runs: pixels that lie side by side in memory and are linked from left to right. Most of an LDI in canonical order is long runs,
 // so walking it run by run is walking image rows.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
 struct pixel_run {
@@ -1299,13 +1299,13 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
     return runs;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/coarsening.hpp
 // Halving the resolution of a graph, as stride 2 does to an image, and the map back that nearest upsampling follows (paper,
 // section "Mapping the PConv Network to LDI", Downscaling and Upscaling).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
@@ -1456,13 +1456,13 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/columns.hpp
 // Payload columns: what a pixel of a layered image holds. A tag type names a column and says how its values reach pixels that
 // stages add, the pixels of coarser levels, and the vertices of a mesh.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
 /// called once per channel; the defaults hold where a tag has none.
@@ -1565,14 +1565,14 @@ struct matte_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/disjoint_sets.hpp
 // Disjoint sets of the integers from 0, merged in almost constant time: union-find with path halving (Tarjan and van Leeuwen,
 // "Worst-case analysis of set union algorithms", 1984). The smallest member represents its set, so that results do not depend on
 // the order of merging.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class disjoint_sets {
 public:
@@ -1631,13 +1631,13 @@ private:
     buffer<std::int32_t> parent_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/core/components.hpp
 // Connected components: which pixels can be reached from one another over links. Depth cleaning (paper, section "Geometry",
 // isolated features at middle values) and everything that must treat a surface as one thing starts from them.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
@@ -1686,7 +1686,7 @@ inline components connected_components(const graph_view& g) {
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/diffusion.hpp
 // Isotropic diffusion into unknown cells, of colors or of any other values (paper, section "Texture Atlas Generation", both
@@ -1698,7 +1698,7 @@ inline components connected_components(const graph_view& g) {
 // until each borders on a known one; the coarsest cells are solved first, and each level starts from the one above, so that a few
 // rounds on each do (a cascadic multigrid). All steps take weighted means, so no result leaves the range of the known values.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
@@ -1874,13 +1874,13 @@ private:
     buffer<level> levels_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/image.hpp
 // Row-major images, H x W x C, channels last. Stages take an `image_view`, so that an engine's, OpenCV's or NumPy's memory goes
 // in without a copy, and return an `image`, which owns its values.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -2056,7 +2056,7 @@ bool same_shape(const auto& a, const auto& b) {
     return a.height() == b.height() && a.width() == b.width() && a.channels() == b.channels();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/layered_image.hpp
 // A layered depth image: a graph and payload columns of the same length. Column tags (core/columns.hpp) choose the payload.
@@ -2067,7 +2067,7 @@ bool same_shape(const auto& a, const auto& b) {
 
 #include <tuple>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// What edit_links() lets its argument change: the links between pixels, not the pixels.
 class link_editor {
@@ -2421,12 +2421,12 @@ std::optional<violation> validate(const Layers& layers) {
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/surface.hpp
 // The one rule for which pixels belong to one surface: a threshold on disparity that every stage asks (the paper's tau_disp).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
 struct surface_rule {
@@ -2440,12 +2440,12 @@ struct surface_rule {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/photo_facts.hpp
 // Facts about a photo that its pixels don't hold. They stand beside the layered image, and stages read the part that they need.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
     pinhole_camera camera;  ///< that took the photo
@@ -2456,13 +2456,13 @@ struct photo_facts {
     float motion = 0.0F;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/core/window.hpp
 // Breadth-first k x k neighborhoods over the graph: which pixel lies under each element of a convolution kernel (paper, section
 // "Mapping the PConv Network to LDI", Convolution). Links are followed around silhouettes, never across them.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
@@ -2513,7 +2513,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/detail/target.hpp
 // Compiles code for several instruction sets in one header, with any flags of the user's. The compiler compiles functions between
@@ -2580,7 +2580,7 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct cpuid_leaf {
     std::uint32_t a = 0, b = 0, c = 0, d = 0;
@@ -2590,7 +2590,7 @@ struct cpuid_leaf {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 #endif
 
@@ -2608,7 +2608,7 @@ struct cpuid_leaf {
 
 #endif
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// On systems without a query, whether the compiler's flags promise the extension.
 inline bool has_dot_product_extension() {
@@ -2625,14 +2625,14 @@ inline bool has_dot_product_extension() {
 #endif
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 #endif
 
 // ---- ldi/kernels/detail/cpu_features.hpp
 // Processor features that kernels need, and their detection.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class cpu_feature {
     none,
@@ -2678,7 +2678,7 @@ inline bool has_feature(cpu_feature feature) {
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/isa.hpp
 // The instruction sets that kernels/ has code for: one row of `instruction_sets` each. Packing weights chooses one at run time.
@@ -2686,7 +2686,7 @@ inline bool has_feature(cpu_feature feature) {
 // benchmarks. To add a set, add a row here, a file in the folder of each family that it makes faster, and a row in that family's
 // table (see kernels/gemm_u8.hpp). README.md beside this file has the matrix.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
@@ -2756,14 +2756,14 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
             if (kernel.set == set) return kernel;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/requantize.hpp
 // Exact integer requantization of an int32 accumulator, or of the sum of two 8-bit tensors, to 8 bits. The arithmetic is that of
 // QNNPACK, the engine of the published depth network, so results equal the published ones bit for bit. Every instruction set must
 // give the values of the functions here.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
@@ -2853,12 +2853,12 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
     return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/add_u8/contract.hpp
 // Contract of the kernels of kernels/add_u8.hpp: their inputs and results.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Only prepare_add_u8() makes valid ones.
 struct add_u8_constants {
@@ -2877,12 +2877,12 @@ struct add_u8_kernel {
                 std::uint8_t* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/detail/panel_cut.hpp
 // Splits the outputs of a matrix product or a convolution into panels.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
@@ -2897,12 +2897,12 @@ struct panel_cut {
     std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/conv_weights.hpp
 // Packed weights of kernels/conv_f32.hpp, and the packing that kernels/conv_u8.hpp shares with it on all instruction sets.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Activation after the bias: x if x is positive, else negative_slope * x.
 struct activation {
@@ -2979,7 +2979,7 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/requantize_float.hpp
 // Requantization in float arithmetic with the same 8-bit values as the integer form of kernels/requantize.hpp, at a third of its
@@ -2989,7 +2989,7 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 
 #include <limits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -3091,14 +3091,14 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
     return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/detail/lanes_avx2.hpp
 // Shared parts of the AVX2 kernels: requantization of 32-bit sums, and the walk of convolutions.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -3206,7 +3206,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -3215,7 +3215,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -3258,7 +3258,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -3267,7 +3267,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -3322,7 +3322,7 @@ struct rectifier {
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
@@ -3331,7 +3331,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -3372,7 +3372,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
@@ -3383,7 +3383,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -3516,7 +3516,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
@@ -3525,7 +3525,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -3566,21 +3566,21 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
 // ---- ldi/kernels/add_u8/scalar.hpp
 // kernels/add_u8.hpp in portable C++.
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/detail/lanes_wasm.hpp
 // Shared parts of the WebAssembly SIMD128 kernels: requantization of 32-bit sums, and the walk of convolutions.
@@ -3590,7 +3590,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 /// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
 /// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
@@ -3678,7 +3678,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
     conv_panels<Kernel>(std::make_index_sequence<Kernel::max_vectors>{}, weights, input, pixels, out);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -3687,7 +3687,7 @@ inline void conv_panels(const Weights& weights, const Input& input, std::size_t 
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 struct adder {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
@@ -3734,7 +3734,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
     store_first(result + i, add(rest[0], rest[1]), count - i);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -3744,7 +3744,7 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 #include <numeric>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
@@ -3827,13 +3827,13 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     return sum;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/area_resize.hpp
 // Area averaging of 8-bit images in float: every pixel of the result is the mean of the rectangle of the source that it covers.
 // Horizontally, then vertically, and rounded half to even: the order that the published depth network's input was made in.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One direction: the source pixels that each result pixel covers, and the share of each.
 struct area_weights {
@@ -3933,7 +3933,7 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/conv_f32/avx2.hpp
 // kernels/conv_f32.hpp with AVX2 and FMA.
@@ -3944,7 +3944,7 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
 
@@ -4016,7 +4016,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -4030,7 +4030,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 /// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
 /// processors that split 512-bit instructions in two (Zen 4).
@@ -4188,7 +4188,7 @@ inline void conv_panels(const Weights& weights, Input input, std::size_t pixels,
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
@@ -4197,7 +4197,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
     detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
@@ -4248,14 +4248,14 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
 // ---- ldi/kernels/conv_f32/contract.hpp
 // Contract of the kernels of kernels/conv_f32.hpp: their inputs and results.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
@@ -4267,7 +4267,7 @@ struct conv_f32_kernel {
                 const float* ratios, float* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/conv_f32/neon.hpp
 // kernels/conv_f32.hpp with NEON.
@@ -4278,7 +4278,7 @@ struct conv_f32_kernel {
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 4;
 
@@ -4376,14 +4376,14 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
 // ---- ldi/kernels/conv_f32/scalar.hpp
 // kernels/conv_f32.hpp in portable C++.
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
 inline constexpr std::size_t conv_panel = 8;
@@ -4437,7 +4437,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_f32/wasm.hpp
 // kernels/conv_f32.hpp with WebAssembly's f32x4, which has no fused multiply-add: products are rounded.
@@ -4448,7 +4448,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
 
@@ -4513,7 +4513,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
         conv_panel_output<float>{weights.bias.data(), ratios, weights.negative_slope, weights.outputs, weights.outputs, result});
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -4525,7 +4525,7 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 // pixel's result has the same bits however the caller splits the pixels into calls. Instruction sets agree to rounding: some fuse
 // multiplication and addition.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
@@ -4572,12 +4572,12 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
     find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/contract.hpp
 // Contract of the kernels of kernels/conv_u8.hpp, and the packing code that all instruction sets share.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
 inline constexpr std::int32_t max_conv_u8_weight = 63;
@@ -4659,14 +4659,14 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/conv_u8/avx2.hpp
 // kernels/conv_u8.hpp with AVX2: vpmaddubsw adds two products in 16 bits, vpmaddwd two of these sums in 32.
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -4795,7 +4795,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -4804,7 +4804,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                          std::span<const float> scales, std::span<const float> bias) {
@@ -4889,7 +4889,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
@@ -4898,7 +4898,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 using avx2::pack_conv_u8;
 
@@ -5020,7 +5020,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx_vnni
+}}}  // namespace ldi::avx_vnni
 
 #endif
 
@@ -5030,7 +5030,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -5161,14 +5161,14 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
 // ---- ldi/kernels/conv_u8/scalar.hpp
 // kernels/conv_u8.hpp in portable C++.
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
@@ -5226,7 +5226,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/conv_u8/wasm.hpp
 // kernels/conv_u8.hpp with WebAssembly's i32x4.dot_i16x8_s: two products for each of 4 lanes. SIMD128 has no fused multiplication
@@ -5234,7 +5234,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 namespace conv_u8_set {
 
@@ -5336,7 +5336,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -5347,7 +5347,7 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
 // A byte x of an input stands for (x - zero point) * its scale. Sums are exact; scale, ratio, bias and activation are float32,
 // and every instruction set uses the same fused multiply-adds.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
@@ -5409,12 +5409,12 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
         kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/detail/choose_target.hpp
 // Chooses the instruction set to pack 8-bit weights for: not every kernel is exact for all weights.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct signed_range {
     int least, most;
@@ -5463,12 +5463,12 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
 
 inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/depthwise_u8/contract.hpp
 // Contract of the kernels of kernels/depthwise_u8.hpp: their inputs and results.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
 struct depthwise_u8_weights {
@@ -5517,13 +5517,13 @@ struct depthwise_u8_kernel {
                 std::uint8_t* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/depthwise_u8/stretches.hpp
 // Units and stretches of a row, for kernels that keep a depthwise convolution's unfinished windows in registers. A row's channels
 // are cut into units that fill the vectors; a unit with fewer channels processes several stretches of the row together.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
 /// before it.
@@ -5611,7 +5611,7 @@ struct depthwise_stretches {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/detail/unsaturated_pairs.hpp
 // Weights that vpmaddubsw multiplies exactly. It adds two products of a byte and a signed byte in 16 bits and saturates:
@@ -5619,7 +5619,7 @@ struct depthwise_stretches {
 // most 128, and the negative ones to at least -128. Few weights of a trained network are larger; the part that does not fit one
 // sum goes into another.
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 /// The weights that one 16-bit sum still has room for.
 struct sum_room {
@@ -5638,12 +5638,12 @@ struct sum_room {
 /// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 // ---- ldi/kernels/depthwise_u8/avx2_packing.hpp
 // Weight layout of depthwise_u8/avx2.hpp: split so that no 16-bit sum can saturate (detail/unsaturated_pairs.hpp).
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
@@ -5690,7 +5690,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 // ---- ldi/kernels/depthwise_u8/avx2.hpp
 // kernels/depthwise_u8.hpp with vpmaddubsw and vpmaddwd.
@@ -5703,7 +5703,7 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -5964,7 +5964,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -5981,7 +5981,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
 
@@ -6262,14 +6262,14 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
 // ---- ldi/kernels/depthwise_u8/columns.hpp
 // The columns of the stored rows that one piece of a depthwise convolution's result reads.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
 /// outside the image (-1 and `width`) have slots, too.
@@ -6296,7 +6296,7 @@ struct depthwise_columns {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/kernels/depthwise_u8/neon.hpp
 // kernels/depthwise_u8.hpp with sdot, 16 channels at a time.
@@ -6308,7 +6308,7 @@ struct depthwise_columns {
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
 
@@ -6434,14 +6434,14 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
 // ---- ldi/kernels/depthwise_u8/scalar.hpp
 // kernels/depthwise_u8.hpp in portable C++.
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
@@ -6490,7 +6490,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/depthwise_u8/wasm.hpp
 // kernels/depthwise_u8.hpp with i32x4.dot_i16x8_s, 16 channels at a time.
@@ -6500,7 +6500,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
@@ -6679,7 +6679,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     depthwise_u8_row(weights, from, result_width, result);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -6688,7 +6688,7 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 // input enlarged by repetition, without anybody having to write that out. One file of depthwise_u8/ for each
 // instruction set, all with equal results.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
@@ -6741,12 +6741,12 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/stable_sort.hpp
 // A stable sort whose scratch memory is a buffer: std::stable_sort takes its own from elsewhere.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
 template <class T, class Before>
@@ -6769,12 +6769,12 @@ void stable_sort(buffer<T>& values, Before before) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/gemm_u8/contract.hpp
 // Contract of the kernels of kernels/gemm_u8.hpp, and the packing code that all instruction sets share.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
 struct gemm_u8_weights {
@@ -6853,7 +6853,7 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/gemm_u8/avx2_packing.hpp
 // How weights lie for gemm_u8/avx2.hpp.
@@ -6862,7 +6862,7 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 // products of two groups of four inputs may meet in one 16-bit sum before it is widened. Which groups go together, and which
 // weights have to be split over two, is found here, for each panel of 16 outputs.
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
@@ -6988,7 +6988,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 // ---- ldi/kernels/gemm_u8/avx2.hpp
 // kernels/gemm_u8.hpp with vpmaddubsw, which adds two products of a byte and a signed byte in 16 bits, and vpmaddwd, which adds
@@ -6997,7 +6997,7 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -7204,7 +7204,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif
 
@@ -7216,7 +7216,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
 using detail::gemm_group;
@@ -7426,7 +7426,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif
 
@@ -7439,7 +7439,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_X86_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
@@ -7541,7 +7541,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx_vnni
+}}}  // namespace ldi::avx_vnni
 
 #endif
 
@@ -7554,7 +7554,7 @@ LDI_END_TARGET
 
 #if LDI_HAS_ARM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
 using detail::gemm_group;
@@ -7692,14 +7692,14 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif
 
 // ---- ldi/kernels/gemm_u8/scalar.hpp
 // kernels/gemm_u8.hpp in portable C++.
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
@@ -7745,7 +7745,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar
 
 // ---- ldi/kernels/gemm_u8/wasm.hpp
 // kernels/gemm_u8.hpp with i32x4.dot_i16x8_s, which adds two products of 16 bits to each of 4 sums, exactly.
@@ -7755,7 +7755,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 #if LDI_HAS_WASM_KERNELS
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
@@ -7945,7 +7945,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif
 
@@ -7954,7 +7954,7 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 // whose windows are k stretches of image rows and need no copying. One file of gemm_u8/ for each instruction set, all with equal
 // results.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
@@ -8007,12 +8007,12 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/kernels/repeat_pixels_u8.hpp
 // Nearest-neighbor enlargement of one row of 8-bit activations.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Repeats every pixel of a row `factor` times: width x channels to (width * factor) x channels.
 inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::size_t channels, std::size_t factor,
@@ -8021,14 +8021,14 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
         for (std::size_t i = 0; i < factor; ++i, result += channels) std::memcpy(result, row, channels);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/regular_pixels.hpp
 // Finds the pixels of a graph with an image-like k x k window: k rows of k pixels that are adjacent in memory.
 
 #include <bit>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
@@ -8212,14 +8212,14 @@ private:
     pixel_bits regular_, goes_on_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/convolution_plan.hpp
 // Plans the memory accesses of a k x k convolution on a layered depth image. Most of an LDI consists of ordinary image rows,
 // where a window is k pointers into memory. Only near silhouettes does the plan explore windows link by link (core/window.hpp). A
 // plan depends on the graph and the kernel's size alone; all layers of a level share it.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
 /// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
@@ -8386,13 +8386,13 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     return pixels;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/feature_map.hpp
 // Feature maps: the values of a network's layer at each pixel of a layered image (paper, section "Mapping the PConv Network to
 // LDI").
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
@@ -8497,15 +8497,13 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/detail/convolution_block.hpp
 // Computes one block of a convolution's outputs: regular segments in place where possible, everything else from windows gathered
 // in a small buffer. Both use the same kernel and order of summation.
 
-namespace ldi::inline LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -8716,14 +8714,14 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/convolution.hpp
 // Convolution on layered depth images, plain and partial (paper, section "Mapping the PConv Network to LDI"; partial convolution
 // after Liu et al., ECCV 2018). Values are tensors of pixels x channels, row-major, pixels in the graph's order: float32
 // or bytes.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -8818,7 +8816,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
     detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/convolution_layer.hpp
 // A convolution layer with its weights, the building block of networks on layered images. One layer serves any number of graphs:
@@ -8830,7 +8828,7 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
 //     const ldi::feature_map coarse = second(ldi::plan_convolution(g, 3, half), fine);                            // stride 2
 //     const ldi::feature_map result = third(ldi::plan_convolution(g, 3), {ldi::upsample(coarse, half.parent), fine});
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
@@ -8875,12 +8873,12 @@ private:
     bool is_partial_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/elementwise.hpp
 // Elementwise operators on feature maps: addition, concatenation, activations.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -8970,7 +8968,8 @@ feature_map concatenate(std::initializer_list<feature_view> maps, Executor&& thr
     return detail::concatenate(std::span<const feature_view>(maps.begin(), maps.size()), threads);
 }
 template <executor Executor = const serial_executor>
-basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_view<std::uint8_t>> maps, Executor&& threads = {}) {
+basic_feature_map<std::uint8_t> concatenate(std::initializer_list<basic_feature_view<std::uint8_t>> maps,
+                                            Executor&& threads = {}) {
     return detail::concatenate(std::span<const basic_feature_view<std::uint8_t>>(maps.begin(), maps.size()), threads);
 }
 
@@ -9000,12 +8999,12 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/from_column.hpp
 // From a column of a layered image to a feature map, and back.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
 ///
@@ -9026,7 +9025,8 @@ basic_feature_map<Value> from_column(const Layers& layers, float scale = 1.0F) {
     return map;
 }
 
-/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes 0.
+/// Writes a feature map to a column. Scalars that are integers are rounded to the nearest and clamped to their range; NaN becomes
+/// 0.
 ///
 /// map    as many pixels as the layers have, and the channels of the column
 /// scale  float maps: every value is multiplied by it before it is rounded
@@ -9048,12 +9048,12 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
     });
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/pixel_subset.hpp
 // Some pixels of a graph, numbered from 0. A network that needs values at some pixels only stores rows for these alone.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The pixels, and the row of each pixel of the graph among them.
 struct pixel_subset {
@@ -9096,13 +9096,13 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
     return plan;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/ldi/pooling.hpp
 // Pooling: each pixel of the coarser graph combines the fine pixels that collapse to it. On an image these are 2 x 2 pixels; at a
 // silhouette, only those connected inside the 2 x 2 group (core/coarsening.hpp), so that surfaces do not mix.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -9177,12 +9177,12 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
         fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/base/printable.hpp
 // Names that come out of files, numbers and sizes, in messages.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A name from a file, fit for a message: short, and in printable characters.
 inline std::string printable(std::string_view name) {
@@ -9211,7 +9211,7 @@ inline std::string shape_text(const auto& picture) {
 /// Something of a file, or of none, as messages name it.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/ldi/weights.hpp
 // The contents of a weight file: named tensors and metadata. formats/safetensors.hpp reads the file. Networks look tensors up by
@@ -9220,7 +9220,7 @@ inline std::string place_in(const std::string& file, const std::string& what) { 
 #include <map>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Row-major values. Half-precision numbers of a file become float.
 struct tensor {
@@ -9288,13 +9288,13 @@ void check_no_others(const named_tensors& from, const Names& names) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/dense/network_description.hpp
 // A quantized network as plain data: the output of a file reader (formats/caffe2.hpp) and the input of quantized_network
 // (nn/dense/quantized_network.hpp), which checks it.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -9334,13 +9334,13 @@ struct network_description {
     std::string where = {};  ///< the file it comes from, for messages; may be empty
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/dense/detail/check_network.hpp
 // Checks a network description for quantized_network. Descriptions come from files, so every number is checked before use, and
 // errors name the tensor.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
 
@@ -9447,12 +9447,12 @@ inline void check_network(const network_description& network) {
         raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/packed_layer.hpp
 // The layers of a quantized_network, packed for the kernels.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Height and width of a tensor.
 struct tensor_size {
@@ -9532,14 +9532,14 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/dense/detail/row_chain.hpp
 // Runs consecutive layers as one chain, one strip of rows of the last layer's result at a time. Ring buffers between the layers
 // keep only the rows that the next layer still needs. They stay in the processor's caches, so the tensors inside the network's
 // blocks, 6 to 15 times as wide, never reach memory.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Rows of a tensor.
 struct row_range {
@@ -9774,12 +9774,12 @@ private:
     buffer<stage_state> state_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/detail/schedule.hpp
 // Groups the layers of a network into chains, and places their tensors in one block of memory.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
 struct schedule_step {
@@ -10006,13 +10006,13 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
     return plan;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/nn/dense/quantized_network.hpp
 // Runs a network of 8-bit convolutions, additions and nearest-neighbor enlargements (paper, section "Depth Estimation",
 // "Quantization"). Built once from a description, which it checks in full; running it then can only fail on the input's size.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
 class quantized_network {
@@ -10270,13 +10270,13 @@ private:
     std::size_t output_ = 0;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/nn/dense/quantized_weights.hpp
 // Reads an 8-bit network from a weight file that holds its operators beside their weights, as
 // examples/training/tiefenrausch_small writes it. formats/safetensors.hpp reads the file.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
 ///
@@ -10407,13 +10407,13 @@ inline network_description read_quantized_network(const named_tensors& file) {
     return detail::quantized_weights_reader(file).read();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/networks/detail/network_input.hpp
 // What an inpainting network reads and what its layers make: feature maps, with a mask where the network leaves out missing
 // colors.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input at the pixels that it reads.
 struct network_input {
@@ -10455,7 +10455,7 @@ struct masked_map {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/networks/inpainting_architecture.hpp
 // The architectures of the inpainting networks that a file of weights may hold (networks/farbrausch.hpp): Farbrausch, and the
@@ -10466,7 +10466,7 @@ struct masked_map {
 // then what the encoder read there; it gives as many channels as the latter has, through a leaky ReLU, and in the end red, green,
 // blue.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// How a network reads pixels whose color is missing.
 enum class missing_colors {
@@ -10541,12 +10541,12 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/networks/detail/farbrausch_weights.hpp
 // The inpainting network's convolutions, packed for an arithmetic from the tensors of a file.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Converts the network's input to the values that its first convolution reads.
 template <class Value>
@@ -10702,13 +10702,13 @@ private:
     isa target_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/farbrausch_work.hpp
 // The work of the inpainting network: the levels of detail of a layered depth image, and at each the pixels that the
 // wanted ones need, found backwards through the network.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail, and the network's work there.
 struct farbrausch_level {
@@ -10781,7 +10781,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
     return levels;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/base/four_floats.hpp
 // Four floats side by side: one register on every processor that ldi has kernels for. GCC and clang have this type on x86 and
@@ -10791,7 +10791,7 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
 #include <xmmintrin.h>
 #endif
 
-namespace ldi::inline LDI_CONFIGURATION::detail::lanes {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace lanes {
 
 using four_floats = float __attribute__((vector_size(16)));
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
@@ -10813,13 +10813,13 @@ inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a;
 inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
 #endif
 
-}  // namespace ldi::detail::lanes
+}}}}  // namespace ldi::detail::lanes
 
 // ---- ldi/networks/detail/smooth_fills.hpp
 // The smooth colors that the inpainting network starts from: pyramids of masked 3 x 3 averages over the links of a layered
 // image. examples/training/farbrausch/README.md says what they are, step by step.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// red, green, blue, and 1 where there is a color; four zeros where there is none.
 using masked_color = lanes::four_floats;
@@ -11098,7 +11098,7 @@ private:
     masked_color mean_{};
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/networks/farbrausch.hpp
 // Farbrausch, the inpainting network of the paper (section "LDI Inpainting"): a partial-convolution U-Net trained on images and
@@ -11106,7 +11106,7 @@ private:
 // formats/farbrausch_file.hpp loads it from a file. The full-size PartialConv, which the paper compares it with, is another
 // architecture on the same layers (networks/inpainting_architecture.hpp).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
@@ -11271,7 +11271,7 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/networks/detail/depth_layout.hpp
 // What a depth network sees in a small picture and in a large one, put together: how things lie from both, where they end from
@@ -11279,7 +11279,7 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
 // Multi-Resolution Merging, CVPR 2021, sections 3 and 5, found that networks are consistent in small pictures and crisp in
 // large.)
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// H x W x C, left and right exchanged.
 template <class T>
@@ -11341,14 +11341,14 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
     return details;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/networks/detail/exponential.hpp
 // exp in float, the same bits on every machine: only operations that IEEE 754 rounds exactly. It is the approximation of NumPy
 // (reduction by ln 2 in two parts, then a rational function), because the published disparity of Tiefenrausch was computed with
 // it.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
 inline float exponential(float x) {
@@ -11365,14 +11365,14 @@ inline float exponential(float x) {
     return std::ldexp(numerator / denominator, static_cast<int>(power));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/networks/tiefenrausch.hpp
 // Tiefenrausch, the depth network of the paper (section "Depth Estimation"), with the weights its authors published, and any
 // other that takes a photo to disparity of the same size in 8 bits: examples/models has one. Build it from what
 // formats/caffe2.hpp or nn/dense/quantized_weights.hpp reads.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The meaning of a depth network's result.
 enum class network_output {
@@ -11554,13 +11554,13 @@ private:
     depth_network_sizes sizes_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/depth/middle_components.hpp
 // Removes what the weighted median leaves behind: isolated features at middle values, between a foreground and a background
 // (paper, section "Depth Pre-processing", connected components).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
@@ -11760,12 +11760,12 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     return merged;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/depth/normalize.hpp
 // Disparity as it comes (a network's, a phone's, a file's) to disparity in [0, 1], which every threshold of the paper is about.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
@@ -11869,14 +11869,14 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/depth/resample.hpp
 // Brings a disparity map from the depth network's resolution to the photo's, so that depth edges sit on color edges: joint
 // bilateral upsampling (Kopf et al., "Joint Bilateral Upsampling", SIGGRAPH 2007), with the weighted median in place of the
 // weighted mean next to depth edges, so that no values appear between the two sides.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
 struct resample_options {
@@ -12084,7 +12084,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/depth/sharpen_edges.hpp
 // Turns washed-out depth edges into steps at the resolution of the depth map: depth networks and phones spread a step over so
@@ -12095,7 +12095,7 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
 // takes the largest value around it, what curves upwards the smallest, until both meet where the edge was steepest. It works only
 // where disparity changes much within a few samples and little beyond them; slopes stay as they are.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth blurred as networks do.
 struct sharpen_options {
@@ -12220,7 +12220,7 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
     return map;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/depth/weighted_median.hpp
 // The weighted median that turns washed-out depth edges into steps (paper, section "Depth Pre-processing"): among the 5 x 5
@@ -12231,7 +12231,7 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
 // Four pixels are filtered at once by sorting networks: columns of five are sorted and merged in pairs, which neighboring
 // windows share, then two pairs and a column are merged. Weights depend on the value alone, so that only values are sorted.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
@@ -12480,12 +12480,12 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/discontinuity.hpp
 // Where depth jumps: a side that two pixels share, one far and one near.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One side of a pixel with a discontinuity.
 struct discontinuity {
@@ -12494,12 +12494,12 @@ struct discontinuity {
     side towards_front;  ///< the side of `back` that `front` lies on
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/trace_curves.hpp
 // Discontinuities of a depth map followed along the sides of pixels, from corner to corner of the lattice.
 
-namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
 // Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
 class corner_map {
@@ -12677,13 +12677,13 @@ private:
     corner_map all_;
 };
 
-}  // namespace ldi::detail::curves
+}}}}  // namespace ldi::detail::curves
 
 // ---- ldi/occlusion/detail/straightened_curve.hpp
 // The band of pixels around a discontinuity curve, straightened: one row for each corner of the curve, from the back to the front
 // across the curve. What is beyond the band's uncertain middle tells how front and back look there.
 
-namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
 struct point {
     float x = 0, y = 0;
@@ -12851,7 +12851,7 @@ private:
     buffer<std::int32_t> pixels_;
 };
 
-}  // namespace ldi::detail::curves
+}}}}  // namespace ldi::detail::curves
 
 // ---- ldi/occlusion/align_silhouettes.hpp
 // Moves silhouettes onto the photo's edges. Depth is coarser than the photo and off by a sample or two, so that a rim of the
@@ -12862,7 +12862,7 @@ private:
 // does not jump is a shortest path, found by dynamic programming, after the contours of Rother et al., "GrabCut" (SIGGRAPH 2004),
 // section "Border matting". Ends and junctions stay. Pixels between the old curve and the new one change sides.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
@@ -13118,12 +13118,12 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/diffuse_unknown.hpp
 // Isotropic diffusion over the links of a layered image: from the pixels that are known into those that are not.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// g               in canonical order
 /// known           K, 0 where a pixel is not known
@@ -13159,13 +13159,13 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
         if (known[i] == 0) store(i, solver.value(cell_of[i]));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/diffusion_inpainter.hpp
 // Inpainting without a network: colors diffuse isotropically over the links of the layered image, from what is known into what
 // is not. Smooth, fast, and blind to texture.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp).
 struct diffusion_inpainter {
@@ -13189,7 +13189,7 @@ struct diffusion_inpainter {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/discontinuity_curves.hpp
 // Depth discontinuities of a lifted photo, grouped into curves, with the lines at their ends that hidden surfaces must not grow
@@ -13198,7 +13198,7 @@ struct diffusion_inpainter {
 // A discontinuity runs along the sides of pixels, between the corners of the lattice. Where three or more sides with a
 // discontinuity meet in a corner there is a junction, and curves end; but where only two depths meet, two curves pass each other.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
     /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
@@ -13303,13 +13303,13 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     return curves;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/hidden_pixels.hpp
 // Pixels added behind a single layer while it grows. They are kept apart from the layer until the end, so that a growing image
 // costs nothing but its new pixels; then both are merged into canonical order in one pass.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 // The only way from a single layer to a layered image.
 struct expansion_access {
@@ -13479,13 +13479,13 @@ private:
     buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/expand.hpp
 // Hallucinates occluded surfaces: the back side of every discontinuity grows behind its front side, one pixel per iteration, each
 // curve as one front (paper, section "Occluded Surface Hallucination"), as far as the camera can uncover it.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
@@ -13759,12 +13759,12 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/scrambled.hpp
 // Bits that look random and are always the same: noise and choices that depend on a position alone.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
 constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
@@ -13774,7 +13774,7 @@ constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
     return h ^ h >> 16;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/grain.hpp
 // Grain for inpainted pixels. For a color that can't be known an inpainter returns the mean of all that it might be, and a mean
@@ -13787,7 +13787,7 @@ constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
 // what is unknown; more exactly, its square root does, so that a few edges among smooth pixels count for little. The noise
 // depends on a pixel's position alone: a result is always the same.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
     /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
@@ -13910,13 +13910,13 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/lift.hpp
 // Lifting: a photo and its disparity become a layered image with one layer (paper, section "Lifting to Layered Depth Image").
 // Neighbors are linked except across discontinuities.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -13980,13 +13980,13 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
         photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/silhouette_band.hpp
 // The pixels of a lifted photo within a few steps of its silhouettes, each with the nearest place on one, and colors of both
 // surfaces there: samples from where neither is mixed with the other.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 using float_color = std::array<float, 3>;
 
@@ -14101,7 +14101,7 @@ private:
     buffer<std::int32_t> place_of_;  // of each pixel
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/local_matte.hpp
 // The share of the nearer surface in the colors beside a silhouette, from these colors alone. Each pixel looks for the pair of
@@ -14110,7 +14110,7 @@ private:
 // Matting, Eurographics 2010). Diffusion then smooths the shares, each pulled towards its estimate the more, the less error the
 // pair has.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A color as a mixture of two.
 struct mixture {
@@ -14231,7 +14231,7 @@ private:
     buffer<mixture> mixtures_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/mixed_colors.hpp
 // Next to a silhouette the lens, the resampling and an edge of depth that is a pixel off mix the colors of two surfaces. The
@@ -14239,7 +14239,7 @@ private:
 // say which are mixed, and of what: each gets back the color of its own surface, or is marked as unknown where little is left of
 // that. Only where the two surfaces look alike a fixed margin of the foreground is marked.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
 struct mixed_color_options {
@@ -14421,14 +14421,14 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
                 detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/spurious_discontinuities.hpp
 // Closes discontinuities that belong to no curve. The paper removes "spurious (shorter than 20 pixels) groups from consideration"
 // (section "Occluded Surface Hallucination"). Nothing grows behind them, so they would open as cracks and cut charts into
 // slivers. Therefore the pixels on both sides are linked again, and the mesh spans the step.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// curves  those of its discontinuities that stay
 ///
@@ -14458,13 +14458,13 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
     return made;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/detail/texture_cells.hpp
 // The part of a layered image that texture transfer works on: the pixels that are not known, and a strip of known ones around
 // them, on the same surfaces. Few of a photo's pixels, so they are numbered anew.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Three channels of color.
 using texture_color = std::array<float, 3>;
@@ -14559,7 +14559,7 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
         }
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/detail/texture_search.hpp
 // Which known pixel each unknown one takes its texture from: the randomized search of PatchMatch (Barnes, Shechtman, Finkelstein
@@ -14567,7 +14567,7 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
 // layered image, so that no other surface is ever reached. As in "Shift-Map Image Editing" (Pritch, Kav-Venaki and Peleg, 2009)
 // it costs where two neighbors take from pixels that are not neighbors: what is copied then hangs together.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
 /// the sake of vector instructions; the last is 0.
@@ -14698,7 +14698,7 @@ private:
     buffer<std::int32_t> source_, nearest_known_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/occlusion/texture_transfer.hpp
 // Texture for inpainted pixels, from the photo itself. An inpainter that returns the mean of all that a color might be returns no
@@ -14710,7 +14710,7 @@ private:
 // no averages that would lose strength. What is stronger than the photo's detail around the hole is held back: an edge, a leaf
 // before the sky.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
     /// Relative to the texture of the photo; 0 for none, which leaves grain.
@@ -14821,7 +14821,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/occlusion/uncertain_rims.hpp
 // Where depth is coarser than the photo, silhouettes are up to a few samples off, and something of the foreground stays on the
@@ -14829,7 +14829,7 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
 // pixels are the background's own, and in sight: refilled, they would blur what everybody sees. So they are set aside, unknown
 // while hidden surfaces get their colors, and put back afterwards, if they don't look like what is in front of them.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// What restore_rims() needs to know about a pixel.
 struct uncertain_rim {
@@ -14913,7 +14913,7 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/charts/charts.hpp
 // Charts: flat pieces of a layered image that can lie in one texture (paper, section "Texture Atlas Generation", Chart
@@ -14926,7 +14926,7 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
 //      edges. Here it holds wherever two surfaces of a chart would come near each other: a hidden surface that ended, or gave way
 //      to a fold, in the middle of what hides it would else bleed into that.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
 struct chart {
@@ -15197,13 +15197,13 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/texture/packing.hpp
 // Packs rectangles into one sheet, or into several: a tree that splits free rectangles (paper, section "Texture Atlas
 // Generation", Packing; after blackpawn.com/texts/lightmaps). The unit is the caller's; the atlas packs in JPEG macroblocks.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct rectangle_size {
     std::int32_t width = 0, height = 0;
@@ -15387,14 +15387,14 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
     return packed;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/texture/padding.hpp
 // Draws a chart into the atlas, and what surrounds it there (paper, section "Texture Atlas Generation", both paddings). Filter
 // padding, a few texels thick: copied from the neighboring chart where the surface goes on, diffused where it ends. Macroblock
 // padding: every 16 x 16 block that the padded chart touches is filled up by diffusion, because JPEG smears what a block mixes.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
@@ -15571,13 +15571,13 @@ private:
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/texture/atlas.hpp
 // The texture atlas of a layered image: its charts, padded and packed into one picture (paper, section "Texture Atlas
 // Generation").
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
@@ -15653,12 +15653,12 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     return atlas;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/texture/sheet_layout.hpp
 // Where charts lie that show the photo at its own size (texture/sheets.hpp).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct sheet_options {
     /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
@@ -15702,12 +15702,12 @@ struct sheet_layout {
     buffer<sheet_placement> placements;  ///< one per chart
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/texture/detail/sheet_sources.hpp
 // Which colors a chart takes from the photo when it is drawn as large as that (texture/sheets.hpp).
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Where the color of what lies in a pixel of the layered image comes from.
 enum class sheet_source : std::uint8_t {
@@ -15804,12 +15804,12 @@ private:
     image<sheet_source> found_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/texture/detail/sheet_painter.hpp
 // Draws a chart as large as the photo (texture/sheets.hpp), row by row.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class sheet_painter {
 public:
@@ -15920,7 +15920,7 @@ private:
     buffer<sample> columns_, rows_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/texture/sheets.hpp
 // The photo at its own size as texture. Depth is coarser than a photo, and so a layered image need not be as large as one: what
@@ -15935,7 +15935,7 @@ private:
 //     // its textures: made.atlas.color, then for each s from 1 to layout.sizes.size() - 1
 //     draw_sheet(layout, s, made.charts, made.atlas, made.photo, photo);
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -16052,14 +16052,14 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     return drawn;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/detail/boundary_walk.hpp
 // Walking along the boundaries of charts, and around the corners of pixels. Sides and corners of a pixel are numbered clockwise
 // from the top: side 0 is up, 1 right, 2 down, 3 left; side s runs from corner s to corner s + 1, so a chart lies to the right of
 // its boundary.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 constexpr int clockwise(int s) { return (s + 1) & 3; }
 constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
@@ -16216,13 +16216,13 @@ private:
     const std::int32_t* links_[4];
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/outlines.hpp
 // The outlines of charts as closed polygons with vertices at the corners between pixels (paper, section "Meshing", Figure
 // "meshing" a), cut into pieces that neighboring charts share.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Stands for the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
@@ -16490,13 +16490,13 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/polygon.hpp
 // Polygons with holes and inner polylines, and their triangulations: what the sweep (triangulate.hpp) takes and makes.
 // Coordinates are integers, so every question about them has an exact answer in 64 bits.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^18
@@ -16545,13 +16545,13 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/simplify.hpp
 // Simplifies the boundaries of charts after Douglas and Peucker (paper, section "Meshing", Figure "meshing" b). A piece that two
 // charts share is simplified once, so both have the same vertices along it and fit together without cracks.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
     /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
@@ -16736,12 +16736,12 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/detail/outline_clearance.hpp
 // Tells how much room there is around a place inside a chart, so that vertices keep clear of its outline.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
 class outline_clearance {
@@ -16785,13 +16785,13 @@ private:
     std::int32_t clearance_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/stud_lines.hpp
 // The lines along which studs and single vertices stand, and the places on a line that get a vertex: evenly spaced lines across a
 // chart, and the bends of disparity along one of them.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
 class even_lines {
@@ -16855,7 +16855,7 @@ private:
     buffer<std::pair<std::int32_t, std::int32_t>> stack_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/studs.hpp
 // Studs: vertical polylines inside charts that carry the interior vertices (paper, section "Meshing", Figure "meshing" c).
@@ -16868,7 +16868,7 @@ private:
 // triangulates (triangulate.hpp) ties the first and last vertex of a stud to vertices of the outline, so outlines need no extra
 // ones.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
     /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
@@ -17134,12 +17134,12 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     return placer.finish();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/detail/chart_polygon.hpp
 // The polygon of a chart, for triangulation: its simplified outline, then its studs.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
 struct chart_polygon {
@@ -17184,12 +17184,12 @@ private:
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/detail/crossings.hpp
 // Finds where a polygon's outline crosses or touches itself, all places at once.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
@@ -17369,13 +17369,13 @@ private:
     buffer<entry> entries_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/flip.hpp
 // Flips edges of a triangulation until it is constrained Delaunay (C. L. Lawson 1977): the sweep leaves fans of slivers, along
 // which disparity would be interpolated between vertices that have nothing to do with each other.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
@@ -17439,14 +17439,14 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/detail/waiting_chains.hpp
 // The vertices of a monotone part of a polygon that still wait for triangles, while the sweep (triangulate.hpp) goes down (de
 // Berg et al., Computational Geometry, chapter 3). Each part keeps them as a chain; a new vertex at either end cuts off all
 // triangles that it can.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
 /// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
@@ -17566,7 +17566,7 @@ private:
     buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/mesh/triangulate.hpp
 // Plane-sweep triangulation of polygons with holes and inner polylines (paper, section "Meshing", Figure "meshing" d; de Berg et
@@ -17574,7 +17574,7 @@ private:
 // triangulates them: each part between two active edges keeps the chain of vertices that still wait for triangles. All decisions
 // are exact integer arithmetic, and the same sweep finds out whether the polygon crosses or touches itself.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
 /// touch at a place where they must not.
@@ -17812,13 +17812,13 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
     return conflict;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/flat_mesh.hpp
 // Meshes charts in the plane: outlines, simplified so that none crosses itself, studs, triangles (paper, section "Meshing",
 // Figure "meshing" a to d).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
 struct soft_edge_options {
@@ -18067,12 +18067,12 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     return flat;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/textured_mesh.hpp
 // The result of the whole way from photo to 3D photo: one mesh with one texture, or with several.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
 /// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
@@ -18137,7 +18137,7 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/soft_edges.hpp
 // Soft edges: a thin translucent strip along the silhouettes of what is in front. It begins at the edge of the mesh, half
@@ -18146,9 +18146,7 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 // matte). Zitnick et al., High-Quality Video View Interpolation Using a Layered Representation (SIGGRAPH 2004), blend such
 // strips.
 
-namespace ldi::inline LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Columns of the pixels in sight from the photo's camera, by their positions.
 struct visible_surfaces {
@@ -18337,13 +18335,13 @@ private:
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/build_mesh.hpp
 // From charts to a textured triangle mesh (paper, section "Meshing"): chart polygons are simplified and triangulated in 2D, then
 // every vertex is lifted along its ray according to its disparity.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -18531,12 +18529,12 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     return assembler.finish();
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/gather.hpp
 // A column of a layered image at the vertices of its mesh: how payload of the caller's leaves the library.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -18595,13 +18593,13 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/mesh/move_to_sheets.hpp
 // The mesh of a layered image with the textures that texture/sheets.hpp draws: the same vertices and triangles, with other
 // texture coordinates.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -18681,12 +18679,12 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     return moved;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/camera.hpp
 // The viewer's camera (paper, section "Viewing 3D Photos"): a pinhole camera that has left the place of the photo.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
 struct view {
@@ -18721,7 +18719,7 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/motion.hpp
 // One budget for every way in which a camera leaves the place of the photo: sideways, forwards, on a path, on a head. What it
@@ -18734,7 +18732,7 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
 //
 // The first factor is the step in disparity. The others are largest for what is nearest, in a corner of the photo.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -18775,13 +18773,13 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
     return {share * position[0], share * position[1], share * position[2]};
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/camera_paths.hpp
 // Camera paths: how a camera moves to show that a photo has depth (paper, section "Viewing 3D Photos"). All keep the middle of
 // the photo, at one depth, in the middle of the picture; nearer and farther surfaces move against it.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
     circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
@@ -18967,13 +18965,13 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
     return inside;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/detail/screen_triangles.hpp
 // Triangles on the way to the screen: clipped, projected, rounded to fixed point, and cut into spans of samples. From the
 // rounding on all is in integers, so that triangles with a common edge leave no sample out and share none, on any machine.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
 inline constexpr std::int64_t subsample_steps = 256;
@@ -19197,14 +19195,14 @@ private:
     double z_near_, slope_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/render/rasterizer.hpp
 // A software rasterizer: what a 3D photo looks like from another place (paper, section "Viewing 3D Photos"), and where it has
 // holes. It is exact rather than fast, the same on every machine and for any number of threads, so that tests can count its
 // pixels.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
@@ -19481,13 +19479,13 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
         threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/gap_colors.hpp
 // Colors for gaps: between surfaces that end too soon, and past the photo's border, a picture shows its farthest surfaces
 // continued instead of a background color.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Whether the background is seen anywhere.
 inline bool has_gaps(const rendering& seen) {
@@ -19607,13 +19605,13 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
     return std::move(seen.color);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/detail/pixel_squares.hpp
 // The pixels of a layered image as squares of four triangles each, from the pixel's center to its sides. Linked pixels share
 // corners; the rest is torn. Projected once for a view, in the fixed-point positions that the rasterizer works in.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -19800,13 +19798,13 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/render/micro_polygons.hpp
 // A layered image drawn as it is, without charts and simplification: every pixel a small square, bent to meet the pixels that it
 // is linked to and torn off from all others (the micro-polygons of the paper's section "Inpainting", under Results).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
@@ -19838,14 +19836,14 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
         threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/detail/surface_walk.hpp
 // Follows the surface of a layered image along a row or a column of the screen, from one sample to the next: how depth peeling
 // tells which of the surfaces at neighboring pixels are one. In integers, by the same rule for edges as the rasterizer, so that
 // the two always agree.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// One of the four triangles of a pixel, named by the side that it reaches.
 struct surface_triangle {
@@ -19919,13 +19917,13 @@ private:
     const pixel_squares& squares_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/render/peel.hpp
 // Depth peeling: a layered image as another camera sees it, with everything that is hidden there too, as a layered image of that
 // camera (paper, section "Inpainting" under Results; Everitt, "Interactive Order-Independent Transparency", 2001).
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
     float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
@@ -20096,12 +20094,12 @@ peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const de
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/render/stereo.hpp
 // Pictures made from renderings: pairs for two eyes, and depth maps.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
 /// half the distance between two eyes for each.
@@ -20168,13 +20166,13 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/detail/json_reader.hpp
 // Checks a text of JSON (RFC 8259) and finds its values, for detail/json.hpp. Strict: names that come twice, nesting deeper than
 // the caller allows and strings that are not UTF-8 are refused.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
 
@@ -20448,13 +20446,13 @@ private:
     bool is_checked_ = false;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/json.hpp
 // JSON (RFC 8259) as it is read from headers of weight files: a value is a checked piece of the text, and only what is asked for
 // is copied. What is read may come from anybody.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// An object that is a whole text. Errors: invalid_data, naming the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
@@ -20508,14 +20506,14 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/safetensors.hpp
 // Reads safetensors files (https://huggingface.co/docs/safetensors) from memory: eight bytes of header length, a JSON header with
 // the type, the shape and the place of every tensor, then the values, little-endian. Files are not trusted.
 // formats/safetensors_file.hpp reads them by name.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
 /// where  names the file in messages
@@ -20712,14 +20710,14 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/farbrausch.hpp
 // Reads the inpainting network from the bytes of a safetensors file: its convolutions, and in the metadata what kind of network
 // they are. examples/training/farbrausch/export.py writes Farbrausch, examples/training/partial_convolution.py the full-size
 // PartialConv. formats/farbrausch_file.hpp reads either by name.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
@@ -20791,14 +20789,14 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
     return farbrausch(file, std::move(architecture), kind, target);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/detail/decimal.hpp
 // Writes a number in decimal with as few digits as read back to the same number, whatever the locale: Grisu2 of Florian Loitsch,
 // "Printing Floating-Point Numbers Quickly and Accurately with Integers" (PLDI 2010). The digits are those of nlohmann/json,
 // whose way of rounding at ties it keeps. std::to_chars is not in every standard library that ldi is compiled with.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// significand * 2^exponent
 struct binary_number {
@@ -20935,12 +20933,12 @@ inline void append_decimal(buffer<char>& to, double value) {
     }
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/glb_contents.hpp
 // The parts of a GLB file: what stands in its binary chunk, and the JSON that describes it (formats/glb.hpp).
 
-namespace ldi::inline LDI_CONFIGURATION::detail::glb {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
 // Numbers of glTF 2.0 and of its container.
 inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
@@ -21125,12 +21123,12 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
     json.add(R"(","version":"2.0"},"bufferViews":[)", views.text(), R"(],"buffers":[{"byteLength":)", views.bytes(), "}],");
 }
 
-}  // namespace ldi::detail::glb
+}}}}  // namespace ldi::detail::glb
 
 // ---- ldi/formats/detail/checksums.hpp
 // The checksums of PNG and zlib (ISO 3309 / RFC 1952 CRC-32, RFC 1950 Adler-32).
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
@@ -21175,13 +21173,13 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     return sum_of_sums << 16 | sum;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/picture_formats.hpp
 // The file formats of pictures that ldi reads. Each can be switched off, so that a service reads only what it expects, and no
 // decoder sees a file that it need not see.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
 
@@ -21232,12 +21230,12 @@ private:
     unsigned bits_ = (1U << picture_format_names.size()) - 1;
 };
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/detail/picture_header.hpp
 // The facts about a picture file that its first bytes and its header state, and ways to read them.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The facts of a complete file.
 struct picture_header {
@@ -21353,14 +21351,14 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
           found);
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/detail/picture_format.hpp
 // Facts about a JPEG or PNG file, read from its own bytes before anything is decoded or allocated: size, bit depth, the place of
 // its EXIF data, and whether it is complete. The decoder behind it (stb_image) checks neither checksums nor, in a JPEG, that all
 // of the picture is there; these functions do.
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
 /// not.
@@ -21553,14 +21551,14 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
           describe_format(bytes));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 // ---- ldi/formats/plain_png.hpp
 // Writes PNG files with the standard library alone, so that a texture needs no encoder. Rows are filtered and their bytes coded
 // by one Huffman code, without looking for repetitions: photographs become 4 to 15 % larger than libpng makes them
 // (formats/picture.hpp), flat pictures many times. PNG: ISO/IEC 15948; zlib: RFC 1950; deflate: RFC 1951.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
@@ -21762,14 +21760,14 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     return file;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/glb.hpp
 // A 3D photo as one GLB file (binary glTF 2.0): a mesh, its texture or textures, and the camera that took the photo. Only
 // features that every viewer reads; KHR_materials_unlit is declared as used, not as required. formats/glb_file.hpp writes it to a
 // file.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
 struct vertex_attribute {
@@ -22044,13 +22042,13 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return file;
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/formats/tiefenrausch.hpp
 // Reads a depth network from the bytes of a safetensors file as examples/training/tiefenrausch_small/export.py writes it: a small
 // student of the published network, in the same arithmetic. formats/tiefenrausch_file.hpp reads it by name.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -22090,7 +22088,7 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
                         is_linear ? network_output::disparity : network_output::log_disparity, sizes);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/photo3d.hpp
 // The whole way from a photo to a 3D photo: every stage in the paper's order with the paper's defaults. What the paper does
@@ -22098,7 +22096,7 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
 // unmixed, hidden surfaces given texture (occlusion/), silhouettes softened (mesh/soft_edges.hpp). Each stage is a function of
 // its own in the headers below; use those where you want only a part, or your own part in between.
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of depth. `disparity(photo, progress, threads)` takes the photo H x W x 3 and returns a map h x w x 1 of
 /// any size, larger is nearer; `quantization_step()` is the ratio of neighboring values of that map, 1 if it is not quantized.
@@ -22467,7 +22465,7 @@ photo3d make_photo3d(image_view<const std::uint8_t> photo, const Estimator& esti
     return make_photo3d(photo, photo_columns<>(), estimator, inpainter, options, threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi
 
 // ---- ldi/ldi.hpp
 // All of ldi that works on values in memory, from a photo's pixels and the bytes of weight files to the bytes of a GLB file;

@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// V x 3 positions; x right, y up, the photo's camera at the origin looking along -z.
 using position_map = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>;
@@ -51,4 +51,4 @@ inline view view_from(const pinhole_camera& camera, const Eigen::Isometry3f& cam
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -17,7 +17,7 @@
 #include <string>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The image's own memory as an H x W x C tensor: the image must live, and not be assigned to, as long as this is used.
 template <class Scalar>
@@ -74,4 +74,4 @@ image<Scalar> make_image(const Expression& values) {
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

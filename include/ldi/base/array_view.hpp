@@ -11,7 +11,7 @@
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// `array_view<const T>` reads, `array_view<T>` also writes. Converts from buffers and spans, and to spans.
 template <class T>
@@ -63,4 +63,4 @@ private:
     std::size_t size_ = 0;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

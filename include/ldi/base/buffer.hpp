@@ -13,7 +13,7 @@
 #include <new>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The start of a cache line, so that no vector load of packed values straddles two.
 inline constexpr std::size_t buffer_alignment = 64;
@@ -278,4 +278,4 @@ private:
     detail::memory_block block_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kinds of errors.
 enum class error_code {
@@ -105,4 +105,4 @@ inline error_handler set_error_handler(error_handler handler) {
 #endif
 }
 
-}  // namespace ldi
+}}  // namespace ldi

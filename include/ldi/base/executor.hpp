@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An executor offers `concurrency()`, the number of ranges that may run at once (at least 1), and
 /// `run(count, function, data)`, which calls `function(data, index)` once for every index in [0, count), on any threads in any
@@ -179,4 +179,4 @@ private:
     bool stop_ = false;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace ldi::inline LDI_CONFIGURATION::detail::lanes {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace lanes {
 
 using four_floats = float __attribute__((vector_size(16)));
 inline constexpr std::size_t wide = sizeof(four_floats) / sizeof(float);
@@ -33,4 +33,4 @@ inline four_floats smaller(four_floats a, four_floats b) { return b < a ? b : a;
 inline four_floats larger(four_floats a, four_floats b) { return b < a ? a : b; }
 #endif
 
-}  // namespace ldi::detail::lanes
+}}}}  // namespace ldi::detail::lanes

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A source of memory. It must live as long as anything that was allocated from it. Its functions are called on any thread that
 /// works for a stage.
@@ -55,4 +55,4 @@ private:
     const memory* before_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -8,7 +8,7 @@
 #include <concepts>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// An integer as the float nearest to it: itself up to 2^24, which holds every coordinate and length of an image.
 template <std::integral Integer>
@@ -30,4 +30,4 @@ inline std::uint8_t rounded_to_byte(float value) {
 /// The same for values that lie between 0 and 255, such as means of bytes, up to the rounding of the one addition that it takes.
 constexpr std::uint8_t rounded_mean(float mean) { return static_cast<std::uint8_t>(mean + 0.5F); }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A name from a file, fit for a message: short, and in printable characters.
 inline std::string printable(std::string_view name) {
@@ -38,4 +38,4 @@ inline std::string shape_text(const auto& picture) {
 /// Something of a file, or of none, as messages name it.
 inline std::string place_in(const std::string& file, const std::string& what) { return file.empty() ? what : file + ", " + what; }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

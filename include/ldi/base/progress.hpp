@@ -5,7 +5,7 @@
 
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Both functions may be null; both are called on the thread that called the stage.
 struct progress_listener {
@@ -21,4 +21,4 @@ struct progress_listener {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi

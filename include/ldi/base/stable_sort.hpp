@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Sorts by `before(a, b)`; equal values stay in their order. K log K comparisons, merging from the bottom up.
 template <class T, class Before>
@@ -30,4 +30,4 @@ void stable_sort(buffer<T>& values, Before before) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -21,7 +21,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One chart: at most one pixel at each lattice position of its bounding box, connected by links.
 struct chart {
@@ -292,4 +292,4 @@ chart_set make_charts(const Layers& layers, surface_rule surface, const chart_op
     return detail::chart_grower(layers.topology(), layers.template column<disparity_column>(), surface, options).grow_all();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

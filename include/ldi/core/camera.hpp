@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Pixel (x, y) of the photo covers [x, x + 1) x [y, y + 1); its center is (x + 0.5, y + 0.5). Space is glTF's: x to the right,
 /// y up, the camera at the origin looking along -z.
@@ -62,4 +62,4 @@ struct depth_range {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The order that makes a graph canonical: `order[new index] = old index`.
 ///
@@ -87,4 +87,4 @@ inline std::optional<violation> validate_canonical(const graph_view& g, std::spa
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

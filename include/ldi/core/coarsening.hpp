@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph at half resolution, and how it connects to its parent level.
 struct coarsened {
@@ -163,4 +163,4 @@ inline coarsened coarsen(const graph_view& g, orphan_rule orphans = orphan_rule:
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A column tag: the scalar, and the number of scalars per pixel. Up to three static functions say how values travel. They are
 /// called once per channel; the defaults hold where a tag has none.
@@ -114,4 +114,4 @@ struct matte_column {
     static constexpr scalar new_pixel(scalar origin) { return zeroed(origin); }
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A partition of the pixels of a graph.
 struct components {
@@ -60,4 +60,4 @@ inline components connected_components(const graph_view& g) {
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

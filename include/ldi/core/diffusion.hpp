@@ -15,7 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Collects unknown cells, solves, and keeps its memory for the next time. One object serves one thread.
 ///
@@ -191,4 +191,4 @@ private:
     buffer<level> levels_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

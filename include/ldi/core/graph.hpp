@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The index of a neighbor that does not exist.
 inline constexpr std::int32_t no_pixel = -1;
@@ -138,4 +138,4 @@ inline bool operator==(const graph_view& a, const graph_view& b) {
     return true;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

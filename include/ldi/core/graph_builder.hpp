@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A graph in the making. Reads like a graph.
 ///
@@ -103,4 +103,4 @@ inline graph make_grid(std::int32_t width, std::int32_t height) {
     return std::move(g).build();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

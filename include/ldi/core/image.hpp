@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -189,4 +189,4 @@ bool same_shape(const auto& a, const auto& b) {
     return a.height() == b.height() && a.width() == b.width() && a.channels() == b.channels();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -25,7 +25,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// What edit_links() lets its argument change: the links between pixels, not the pixels.
 class link_editor {
@@ -379,4 +379,4 @@ std::optional<violation> validate(const Layers& layers) {
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

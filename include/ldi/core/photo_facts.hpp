@@ -5,7 +5,7 @@
 #include <ldi/core/camera.hpp>
 #include <ldi/core/surface.hpp>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct photo_facts {
     pinhole_camera camera;  ///< that took the photo
@@ -16,4 +16,4 @@ struct photo_facts {
     float motion = 0.0F;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Pixels first, first + 1, ... last - 1, each the right neighbor of the one before it.
 struct pixel_run {
@@ -34,4 +34,4 @@ inline buffer<pixel_run> runs_of(const graph_view& g) {
     return runs;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

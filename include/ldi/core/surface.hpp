@@ -3,7 +3,7 @@
 
 #include <ldi/base/config.hpp>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Given once, in photo3d_options or to lift(), and carried by the layered image from then on.
 struct surface_rule {
@@ -17,4 +17,4 @@ struct surface_rule {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The invariants, in the order in which they are checked.
 enum class invariant {
@@ -65,4 +65,4 @@ inline std::optional<violation> validate(const graph_view& g) {
     return std::nullopt;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The largest kernel that gather_window takes.
 inline constexpr std::int32_t largest_kernel_size = 15;
@@ -61,4 +61,4 @@ inline void gather_window(const graph_view& g, std::int32_t pixel, std::int32_t 
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

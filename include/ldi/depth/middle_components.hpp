@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct middle_component_options {
     /// Components with fewer pixels than this are merged.
@@ -213,4 +213,4 @@ inline std::size_t merge_middle_components(image_view<float> disparity, surface_
     return merged;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct normalize_options {
     /// This share of the pixels, from 0 to less than a half, may lie beyond either end; they are clamped. Keeps a few wild values
@@ -116,4 +116,4 @@ inline normalized_disparity normalize(image_view<const float> source, const norm
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

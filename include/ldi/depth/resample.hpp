@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Larger sigmas smooth more noise and lose more thin things. The defaults were chosen by trial.
 struct resample_options {
@@ -227,4 +227,4 @@ image<float> resample_to_photo(image_view<const float> disparity, image_view<con
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -21,7 +21,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth blurred as networks do.
 struct sharpen_options {
@@ -146,4 +146,4 @@ image<float> sharpen_edges(image_view<const float> disparity, surface_rule surfa
     return map;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

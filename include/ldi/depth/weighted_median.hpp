@@ -23,7 +23,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct weighted_median_options {
     /// Standard deviation of the Gaussian on the difference in disparity to the center.
@@ -272,4 +272,4 @@ image<float> weighted_median(image_view<const float> disparity, surface_rule sur
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

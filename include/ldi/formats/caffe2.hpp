@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// network  the bytes of NAME.pb: Int8Quantize, then Int8Conv, Int8Add and Int8ResizeNearest, then Int8Dequantize
 /// weights  the bytes of NAME_init.pb
@@ -234,4 +234,4 @@ inline network_description read_caffe2(std::span<const std::uint8_t> network, st
     return detail::caffe2::network_reader(operators, constants, network_file, weight_file).read();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

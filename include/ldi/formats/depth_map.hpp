@@ -24,7 +24,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The quantity that a stored value grows with.
 enum class depth_map_kind {
@@ -232,4 +232,4 @@ inline image<float> shrink_depth_map(image<float> depth_map, std::size_t max_pix
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Raises those of decode_safetensors() and farbrausch; mismatch and unsupported where the metadata tells of another network.
 farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std::string& where = "weights",
@@ -90,4 +90,4 @@ inline farbrausch decode_farbrausch(std::span<const std::byte> bytes, const std:
     return farbrausch(file, std::move(architecture), kind, target);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -6,11 +6,11 @@
 
 #include <filesystem>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Raises file_access, and what decode_farbrausch() raises.
 inline farbrausch load_farbrausch(const std::filesystem::path& path, arithmetic kind = arithmetic::float32) {
     return decode_farbrausch(read_file(path), path.string(), kind);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

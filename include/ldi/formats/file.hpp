@@ -16,7 +16,7 @@
 #include <system_error>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// All bytes of a file.
 ///
@@ -68,4 +68,4 @@ inline void write_file(const std::filesystem::path& path, std::span<const std::b
     files.commit();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Files that appear together. Every function may be called from any thread.
 class file_set {
@@ -298,4 +298,4 @@ inline void file_set::discard() {
     remove_temporaries();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

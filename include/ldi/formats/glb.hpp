@@ -28,7 +28,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Values of the caller's at each vertex of a mesh, for example of gather() (mesh/gather.hpp).
 struct vertex_attribute {
@@ -303,4 +303,4 @@ inline buffer<std::byte> encode_glb(const textured_mesh& mesh, std::span<const s
     return file;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// encode_glb() to a file; also raises file_access.
 inline void save_glb(const std::filesystem::path& path, const textured_mesh& mesh,
@@ -22,4 +22,4 @@ inline void save_glb(const std::filesystem::path& path, const textured_mesh& mes
     write_file(path, encode_glb(mesh, texture, options));
 }
 
-}  // namespace ldi
+}}  // namespace ldi

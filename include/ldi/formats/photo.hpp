@@ -33,7 +33,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A photo as a person sees it.
 struct photo {
@@ -220,4 +220,4 @@ inline photo load_photo(const std::filesystem::path& path, const photo_options& 
 
 }  // inline namespace
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -34,7 +34,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Depth that came with a photo.
 struct photo_depth {
@@ -241,4 +241,4 @@ inline photo_with_depth load_photo_with_depth(const std::filesystem::path& path,
 
 }  // inline namespace
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A JPEG file of an H x W x 1 or H x W x 3 image, each side 1 to 65,535 pixels, below 2 GB in memory. Color has half the
 /// resolution (4:2:0) at quality 90 and below.
@@ -103,4 +103,4 @@ inline std::vector<std::byte> encode_png(const image<std::uint16_t>& picture) {
     return detail::encode_png_as(picture, PNG_FORMAT_LINEAR_Y);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

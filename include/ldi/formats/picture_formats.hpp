@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class picture_format { jpeg, png, gif, bmp, heif, webp, tiff, pfm, npy };
 
@@ -62,4 +62,4 @@ private:
     unsigned bits_ = (1U << picture_format_names.size()) - 1;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct picture_limits {
     /// A larger picture is refused before it is decoded.
@@ -31,4 +31,4 @@ struct decoding_estimate {
     std::size_t memory = 0;             ///< upper bound, in bytes, of what decoding takes, its result included, the file not
 };
 
-}  // namespace ldi
+}}  // namespace ldi

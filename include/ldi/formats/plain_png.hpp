@@ -20,7 +20,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A PNG file of an H x W x 1 or H x W x 3 picture of at least one pixel. Raises too_large beyond 1 GB.
 buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture);
@@ -222,4 +222,4 @@ inline buffer<std::byte> encode_plain_png(image_view<const std::uint8_t> picture
     return file;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// folder  holds tiefenrausch.pb and tiefenrausch_init.pb
 /// Raises file_access, and what read_caffe2() and tiefenrausch raise.
@@ -24,4 +24,4 @@ inline tiefenrausch load_tiefenrausch(const std::filesystem::path& folder) {
     return tiefenrausch(read_caffe2(bytes(network), bytes(weights), network_file.string(), weight_file.string()));
 }
 
-}  // namespace ldi
+}}  // namespace ldi

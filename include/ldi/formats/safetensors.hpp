@@ -20,7 +20,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// bytes  the whole file: tensors of types F32, F16, BF16, I32, I8 and U8, whose values fill it without gap or overlap
 /// where  names the file in messages
@@ -217,4 +217,4 @@ inline named_tensors decode_safetensors(std::span<const std::byte> bytes, const 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

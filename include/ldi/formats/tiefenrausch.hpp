@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -52,4 +52,4 @@ inline tiefenrausch decode_tiefenrausch(std::span<const std::byte> bytes, const 
                         is_linear ? network_output::disparity : network_output::log_disparity, sizes);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Raises file_access, and what decode_tiefenrausch() raises.
 inline tiefenrausch load_tiefenrausch_file(const std::filesystem::path& path) {
@@ -22,4 +22,4 @@ inline tiefenrausch load_depth_network(const std::filesystem::path& path) {
     return std::filesystem::is_directory(path, ignored) ? load_tiefenrausch(path) : load_tiefenrausch_file(path);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

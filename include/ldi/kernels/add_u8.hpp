@@ -18,7 +18,7 @@
 #include <cstring>
 #include <numeric>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr add_u8_kernel add_u8_kernels[] = {
@@ -101,4 +101,4 @@ inline add_u8_constants prepare_add_u8(isa target, const quantized_addition& exa
     return sum;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

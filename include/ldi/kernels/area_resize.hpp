@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One direction: the source pixels that each result pixel covers, and the share of each.
 struct area_weights {
@@ -115,4 +115,4 @@ image<std::uint8_t> area_resize(image_view<const std::uint8_t> source, std::size
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -17,7 +17,7 @@
 #include <cstddef>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr conv_f32_kernel conv_f32_kernels[] = {
@@ -64,4 +64,4 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
     find_kernel(conv_f32_kernels, weights.target).run(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -19,7 +19,7 @@
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr conv_u8_kernel conv_u8_kernels[] = {
@@ -81,4 +81,4 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
         kernel.run_to_float(weights, rows, pixel_stride, pixels, ratios, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

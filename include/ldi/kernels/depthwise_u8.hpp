@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr depthwise_u8_kernel depthwise_u8_kernels[] = {
@@ -67,4 +67,4 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     find_kernel(depthwise_u8_kernels, weights.target).run(weights, rows, width, repeat, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The kernel of each instruction set.
 inline constexpr gemm_u8_kernel gemm_u8_kernels[] = {
@@ -68,4 +68,4 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     find_kernel(gemm_u8_kernels, weights.target).run(weights, segments, pixel_stride, pixels, result);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

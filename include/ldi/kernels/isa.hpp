@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class isa {
     scalar,            ///< portable C++, and the reference in tests
@@ -83,4 +83,4 @@ constexpr const Kernel& find_kernel(const Kernel (&table)[rows], isa wanted) {
             if (kernel.set == set) return kernel;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Repeats every pixel of a row `factor` times: width x channels to (width * factor) x channels.
 inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::size_t channels, std::size_t factor,
@@ -16,4 +16,4 @@ inline void repeat_pixels_u8(const std::uint8_t* row, std::size_t width, std::si
         for (std::size_t i = 0; i < factor; ++i, result += channels) std::memcpy(result, row, channels);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The meaning of an 8-bit value q: `(q - zero_point) * scale`.
 struct quantization {
@@ -100,4 +100,4 @@ inline std::uint8_t add_quantized(std::uint8_t a, std::uint8_t b, const quantize
     return detail::offset_and_clamp(detail::rounding_shift(sum, r.shift), r.zero_point);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <limits>
 #include <optional>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -116,4 +116,4 @@ inline std::optional<unfused_requantization> find_unfused_requantization(const r
     return detail::search_float_form<unfused_requantization>(r, detail::threshold_shift(r));
 }
 
-}  // namespace ldi
+}}  // namespace ldi

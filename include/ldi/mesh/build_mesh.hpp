@@ -25,7 +25,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -213,4 +213,4 @@ textured_mesh build_mesh(const Layers& layers, const photo_facts& facts, const c
     return assembler.finish();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

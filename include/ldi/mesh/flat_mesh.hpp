@@ -25,7 +25,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Silhouettes of what is in front fade out over a strip of this width, in pixels (soft_edges.hpp).
 struct soft_edge_options {
@@ -274,4 +274,4 @@ flat_mesh build_flat_mesh(const Layers& layers, const depth_range& range, const 
     return flat;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

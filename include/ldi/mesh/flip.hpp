@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Flips every edge whose two opposite angles sum to more than 180 degrees, except edges of the polygon's chains. Angles are
 /// compared in integers.
@@ -74,4 +74,4 @@ inline void flip_to_delaunay(std::span<const lattice_point> points, triangulatio
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

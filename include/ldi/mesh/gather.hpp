@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -73,4 +73,4 @@ buffer<typename Column::scalar> gather(const textured_mesh& mesh, const Layers& 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -96,4 +96,4 @@ inline textured_mesh move_to_sheets(const textured_mesh& mesh, const chart_set& 
     return moved;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

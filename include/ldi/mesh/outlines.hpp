@@ -14,7 +14,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Stands for the other side of a silhouette or of the photo's border.
 inline constexpr std::int32_t no_chart = -1;
@@ -282,4 +282,4 @@ inline chart_outlines trace_outlines(const graph_view& g, std::span<const float>
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

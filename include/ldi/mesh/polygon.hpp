@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct lattice_point {
     std::int32_t x, y;  ///< within +-2^18
@@ -55,4 +55,4 @@ inline bool at_same_point(std::uint64_t event, std::uint64_t other) { return eve
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -18,7 +18,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct simplify_options {
     /// Largest distance of a corner from the simplified boundary, in pixels. 0 only drops corners inside straight stretches.
@@ -203,4 +203,4 @@ inline void simplified_boundary::split(std::span<const boundary_split> splits) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

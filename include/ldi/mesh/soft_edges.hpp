@@ -21,9 +21,7 @@
 #include <limits>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Columns of the pixels in sight from the photo's camera, by their positions.
 struct visible_surfaces {
@@ -212,4 +210,4 @@ private:
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -32,7 +32,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct stud_options {
     /// The distance aimed at between studs, and between the rows with single vertices, in pixels; at least 1. Trades triangles
@@ -298,4 +298,4 @@ stud_set make_studs(const Layers& layers, const depth_range& range, const chart_
     return placer.finish();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

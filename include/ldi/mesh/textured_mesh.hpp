@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Translucent triangles along silhouettes, to be drawn after all others and in their order: from far to near. They hide nothing
 /// behind them from each other (no depth is written). Space as of the mesh that they belong to, and its first texture.
@@ -74,4 +74,4 @@ inline void check_parts(const textured_mesh& mesh, std::size_t textures) {
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <optional>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The reason that a polygon can't be triangulated: some of these edges, known by the vertices at which they begin, cross or
 /// touch at a place where they must not.
@@ -253,4 +253,4 @@ inline polygon_conflict triangulator::conflict_at(const polygon& shape, const sw
     return conflict;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

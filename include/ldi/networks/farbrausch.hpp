@@ -29,7 +29,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp). All members are const and keep no state: one object serves any number of threads at once.
 class farbrausch {
@@ -194,4 +194,4 @@ image<std::uint8_t> farbrausch::inpaint(image_view<const std::uint8_t> color, im
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

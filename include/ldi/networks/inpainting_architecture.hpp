@@ -17,7 +17,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// How a network reads pixels whose color is missing.
 enum class missing_colors {
@@ -92,4 +92,4 @@ inline void check_architecture(const inpainting_architecture& a, const std::stri
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

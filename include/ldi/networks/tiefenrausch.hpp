@@ -24,7 +24,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The meaning of a depth network's result.
 enum class network_output {
@@ -206,4 +206,4 @@ private:
     depth_network_sizes sizes_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

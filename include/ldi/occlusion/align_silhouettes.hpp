@@ -25,7 +25,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The defaults were chosen by trial, on true depth degraded as networks do.
 struct alignment_options {
@@ -281,4 +281,4 @@ void align_silhouettes(image_view<float> disparity, image_view<const std::uint8_
     for (std::size_t i = 0; i < traces.size(); ++i) change_sides(traces[i], swept[i], before, disparity);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

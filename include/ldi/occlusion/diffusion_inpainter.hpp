@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A color_inpainter (photo3d.hpp).
 struct diffusion_inpainter {
@@ -35,4 +35,4 @@ struct diffusion_inpainter {
     }
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One side of a pixel with a discontinuity.
 struct discontinuity {
@@ -15,4 +15,4 @@ struct discontinuity {
     side towards_front;  ///< the side of `back` that `front` lies on
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -18,7 +18,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct curve_options {
     /// Groups of curves that meet, and branches that end in nothing, are spurious if they have fewer pixel sides than this:
@@ -123,4 +123,4 @@ buffer<discontinuity_curve> find_discontinuity_curves(const single_layer<Columns
     return curves;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -21,7 +21,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct expand_options {
     /// Maximum parallax between the nearest and the farthest surface, as a share of the photo's longer side, 0 to 1
@@ -295,4 +295,4 @@ expanded_layers<Columns...> expand(single_layer<Columns...> layer, surface_rule 
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -25,7 +25,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct grain_options {
     /// Standard deviation of the grain, relative to that of the photo's own detail around it if that were noise; 0 for none. Less
@@ -148,4 +148,4 @@ void add_grain(Layers& layers, const grain_options& options = {}) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -79,4 +79,4 @@ photo_layer lift(image_view<const std::uint8_t> color, image_view<const float> d
         photo_layers(std::move(g).build(), std::move(colors), std::move(disparities), std::move(known), std::move(matte)));
 }
 
-}  // namespace ldi
+}}  // namespace ldi

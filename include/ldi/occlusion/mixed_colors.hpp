@@ -19,7 +19,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Margins hold up to a long side of 1536 pixels, the paper's size, and grow with the photo beyond.
 struct mixed_color_options {
@@ -201,4 +201,4 @@ void unmix_colors(single_layer<Columns...>& layers, const mixed_color_options& o
                 detail::rounded_to_byte(255.0F * mixed.mixtures()[i].alpha);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// curves  those of its discontinuities that stay
 ///
@@ -43,4 +43,4 @@ std::size_t close_spurious_discontinuities(single_layer<Columns...>& layer, std:
     return made;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -21,7 +21,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct texture_options {
     /// Relative to the texture of the photo; 0 for none, which leaves grain.
@@ -132,4 +132,4 @@ void add_texture(Layers& layers, const texture_options& options = {}, const grai
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// What restore_rims() needs to know about a pixel.
 struct uncertain_rim {
@@ -98,4 +98,4 @@ void restore_rims(Layers& layers, std::span<const uncertain_rim> rims) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A camera with a place in the photo's space: glTF's, with the photo's camera at the origin looking along -z.
 struct view {
@@ -40,4 +40,4 @@ inline view moved_view(const pinhole_camera& camera, const depth_range& range, f
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class camera_path : std::uint8_t {
     circle,      ///< around the photo's place, within its image plane, clockwise from the right; ends where it starts
@@ -204,4 +204,4 @@ inline float frame_within(std::span<const view> views, const pinhole_camera& cam
     return inside;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

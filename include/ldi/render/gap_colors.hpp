@@ -15,7 +15,7 @@
 #include <limits>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Whether the background is seen anywhere.
 inline bool has_gaps(const rendering& seen) {
@@ -135,4 +135,4 @@ inline image<std::uint8_t> gap_colors(rendering seen) {
     return std::move(seen.color);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

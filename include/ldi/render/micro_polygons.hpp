@@ -11,7 +11,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Draws a layered image. Colors run smoothly over links, and are a pixel's own out to its edge where it has none; colors that
 /// are known and colors that are not never mix.
@@ -43,4 +43,4 @@ rendering render_layers(const Layers& layers, const depth_range& range, const vi
         threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

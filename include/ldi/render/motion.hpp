@@ -16,7 +16,7 @@
 #include <cmath>
 #include <limits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -57,4 +57,4 @@ inline std::array<float, 3> within_motion(const std::array<float, 3>& position, 
     return {share * position[0], share * position[1], share * position[2]};
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -20,7 +20,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct peel_options {
     float z_near = 0.01F;    ///< above 0; pixels that reach nearer than this are left out
@@ -191,4 +191,4 @@ peeled_layers<Columns...> peel(const layered_image<Columns...>& layers, const de
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -22,7 +22,7 @@
 #include <string>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct raster_options {
     std::int32_t samples = 1;                         ///< per pixel and axis, 1 to 8; more than 1 smooths edges
@@ -299,4 +299,4 @@ rendering rasterize(const textured_mesh& mesh, std::span<const image<std::uint8_
         threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The same view from `distance` to the right (negative: left) along its picture's horizontal, in the units of the photo's space:
 /// half the distance between two eyes for each.
@@ -81,4 +81,4 @@ inline image<std::uint16_t> disparity_map(const image<float>& depth, const depth
     return result;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

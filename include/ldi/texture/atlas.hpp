@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct atlas_options {
     padding_options padding;
@@ -92,4 +92,4 @@ texture_atlas make_atlas(const Layers& layers, const chart_set& charts, const at
     return atlas;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct rectangle_size {
     std::int32_t width = 0, height = 0;
@@ -199,4 +199,4 @@ inline sheet_packing pack_on_sheets(std::span<const rectangle_size> sizes, std::
     return packed;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// JPEG codes color in square blocks with sides of this many texels (at 4:2:0, the default of encoders).
 inline constexpr std::int32_t macroblock_side = 16;
@@ -192,4 +192,4 @@ private:
     buffer<std::int32_t> cell_above_, open_blocks_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct sheet_options {
     /// A sheet is at most this wide and high, in texels; a multiple of 16. Telephones take 4096.
@@ -53,4 +53,4 @@ struct sheet_layout {
     buffer<sheet_placement> placements;  ///< one per chart
 };
 
-}  // namespace ldi
+}}  // namespace ldi

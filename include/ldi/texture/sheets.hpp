@@ -30,7 +30,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -147,4 +147,4 @@ image<std::uint8_t> draw_sheet(const sheet_layout& layout, std::size_t sheet, co
     return drawn;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::caffe2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
 /// One value of a named argument. Byte strings point into the file.
 struct argument {
@@ -163,4 +163,4 @@ inline network_message read_network(std::span<const std::uint8_t> file, std::str
     return result;
 }
 
-}  // namespace ldi::detail::caffe2
+}}}}  // namespace ldi::detail::caffe2

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::caffe2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace caffe2 {
 
 /// One operator, its arguments looked up and checked.
 class checked_operator {
@@ -88,4 +88,4 @@ private:
     std::string where_;
 };
 
-}  // namespace ldi::detail::caffe2
+}}}}  // namespace ldi::detail::caffe2

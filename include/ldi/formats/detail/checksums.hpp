@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Row 0 is the remainder of each byte, row k of each byte that k zeros follow, so that eight bytes go at a time.
 using crc32_rows = std::array<std::array<std::uint32_t, 256>, 8>;
@@ -54,4 +54,4 @@ inline std::uint32_t adler32(std::span<const std::byte> bytes) {
     return sum_of_sums << 16 | sum;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -21,7 +21,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::inline LDI_READERS {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { inline namespace LDI_READERS {
 
 /// Memory that reading a profile may take: its own bytes, and what Little CMS makes of it.
 inline constexpr std::size_t max_profile_memory = std::size_t{16} << 20;
@@ -164,4 +164,4 @@ inline void convert_to_srgb(image<std::uint8_t>&, const color_profile&) {}
 
 #endif
 
-}  // namespace ldi::detail
+}}}}  // namespace ldi::detail

@@ -12,7 +12,7 @@
 #include <cstring>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// significand * 2^exponent
 struct binary_number {
@@ -149,4 +149,4 @@ inline void append_decimal(buffer<char>& to, double value) {
     }
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

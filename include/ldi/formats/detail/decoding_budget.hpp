@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Refuses a picture whose header promises more than `max_pixels`.
 inline void check_pixel_count(std::size_t width, std::size_t height, std::size_t max_pixels, const std::string& where) {
@@ -80,4 +80,4 @@ private:
     std::size_t file_bytes_ = 0;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

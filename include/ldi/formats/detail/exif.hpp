@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct exif_facts {
     unsigned orientation = 1;                ///< 1 to 8, as EXIF numbers them
@@ -54,4 +54,4 @@ inline exif_facts read_exif(std::span<const std::byte> tiff) {
     return facts;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -26,8 +26,7 @@
 #define LDI_HAS_POSIX_FILES 0
 #endif
 
-namespace ldi::inline LDI_CONFIGURATION {
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The operating system's reason, from errno.
 inline std::string system_reason(int error_number) {
@@ -203,4 +202,4 @@ inline int overwrite(const std::filesystem::path& path, const std::filesystem::p
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

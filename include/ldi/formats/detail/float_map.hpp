@@ -18,7 +18,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline bool is_pfm(std::span<const std::byte> bytes) { return has_text(bytes, 0, "Pf"); }
 inline bool is_npy(std::span<const std::byte> bytes) { return has_text(bytes, 0, "\x93NUMPY"); }
@@ -184,4 +184,4 @@ inline image<float> decode_npy(std::span<const std::byte> bytes, const std::stri
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

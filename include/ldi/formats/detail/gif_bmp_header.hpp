@@ -12,7 +12,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Walks a GIF file up to the end of its first frame.
 class gif_header_reader {
@@ -130,4 +130,4 @@ inline picture_header read_bmp_header(std::span<const std::byte> bytes, const st
     return header;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

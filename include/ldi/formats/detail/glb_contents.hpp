@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::glb {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace glb {
 
 // Numbers of glTF 2.0 and of its container.
 inline constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
@@ -203,4 +203,4 @@ inline void add_accessors_and_views(json_text& json, const contents& c) {
     json.add(R"(","version":"2.0"},"bufferViews":[)", views.text(), R"(],"buffers":[{"byteLength":)", views.bytes(), "}],");
 }
 
-}  // namespace ldi::detail::glb
+}}}}  // namespace ldi::detail::glb

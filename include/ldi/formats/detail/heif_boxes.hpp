@@ -15,7 +15,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A picture or a block of metadata.
 struct heif_item {
@@ -233,4 +233,4 @@ private:
     std::size_t boxes_ = 0, item_count_ = 0;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

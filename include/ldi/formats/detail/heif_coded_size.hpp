@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct coded_size {
     std::uint64_t width = 0, height = 0;
@@ -187,4 +187,4 @@ inline coded_size size_in_av1_units(std::span<const std::byte> units) {
     return largest;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

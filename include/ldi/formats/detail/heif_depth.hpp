@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// What the file says of its depth picture. Without a range only the order of distances is known.
 inline std::optional<depth_meaning> heif_meaning(const heif_image_handle* photo, const heif_image_handle* depth, heif_item_id id,
@@ -80,4 +80,4 @@ inline std::optional<found_depth> find_heif_depth(std::span<const std::byte> byt
                        meaning->coding == depth_coding::disparity ? "HEIC disparity" : "HEIC depth"};
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

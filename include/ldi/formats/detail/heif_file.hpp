@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct heif_deleter {
     void operator()(heif_context* context) const { heif_context_free(context); }
@@ -167,4 +167,4 @@ inline stored_photo decode_heif(std::span<const std::byte> bytes, decoding_budge
     return photo;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -17,7 +17,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class heif_items {
 public:
@@ -208,4 +208,4 @@ private:
     mutable buffer<std::byte> joined_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

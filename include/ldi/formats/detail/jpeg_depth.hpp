@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct found_depth {
     image<float> disparity;  ///< as stored, not turned
@@ -217,4 +217,4 @@ inline found_depth decode_located(const located_depth& located, decoding_budget&
     return {to_disparity(std::move(values), located.meaning, located.where), located.meaning.unit > 0, located.source};
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// An object that is a whole text. Errors: invalid_data, naming the byte.
 inline json_value read_json_object(std::string_view text, int max_depth, const std::string& where) {
@@ -66,4 +66,4 @@ inline std::optional<std::uint64_t> whole_number(const json_value& value) {
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 enum class json_kind { none, null, boolean, number, string, array, object };
 
@@ -287,4 +287,4 @@ private:
     bool is_checked_ = false;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The way through a stored picture that shows it upright: pixel (y, x) lies at index origin + y * down + x * right.
 struct upright_order {
@@ -40,4 +40,4 @@ image<Scalar> turn_upright(image<Scalar> stored, unsigned orientation) {
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

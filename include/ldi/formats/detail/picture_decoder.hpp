@@ -13,7 +13,7 @@
 #include <string_view>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct stb_free {
     void operator()(void* samples) const { stb::stbi_image_free(samples); }
@@ -61,4 +61,4 @@ decoded_picture<Sample> decode_picture(std::span<const std::byte> bytes, const p
     return picture;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -17,7 +17,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Whether the Huffman tables of a segment have no more codes than there are bytes. stb_image 2.27 writes beyond its tables if
 /// not.
@@ -210,4 +210,4 @@ inline picture_header read_picture_header(std::span<const std::byte> bytes, cons
           describe_format(bytes));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The facts of a complete file.
 struct picture_header {
@@ -130,4 +130,4 @@ inline std::string describe_format(std::span<const std::byte> bytes) {
           found);
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

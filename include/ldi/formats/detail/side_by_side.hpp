@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Whether the right half is a gray picture of its own beside a colored one: not a single colored pixel, at least 16 shades, and
 /// not the left half without its colors.
@@ -47,4 +47,4 @@ image<Scalar> take_columns(const image<std::uint8_t>& color, std::size_t begin, 
     return part;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

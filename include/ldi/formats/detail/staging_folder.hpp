@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct staging_folder {
     std::filesystem::path beside, path;
@@ -86,4 +85,4 @@ inline std::vector<folder_lock> lock_folders(const std::vector<staging_folder>& 
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -71,7 +71,7 @@
 #define STBI_REALLOC(pointer, size) grow(pointer, size)
 #define STBI_FREE(pointer) free(pointer)
 
-namespace ldi::inline LDI_CONFIGURATION::detail::stb {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace stb {
 
 // The decoder inflates all of what a PNG file holds, whatever size its header states. It asks for that memory here.
 inline thread_local size_t largest_growth = SIZE_MAX;
@@ -93,7 +93,7 @@ public:
 };
 
 #include <stb/stb_image.h>
-}
+}}}}  // namespace ldi::detail::stb
 
 #undef STBI_NO_BMP
 #undef STBI_NO_PSD

@@ -25,9 +25,9 @@
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
 
-namespace ldi::inline LDI_CONFIGURATION::detail::stb {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace stb {
 #include <stb/stb_image_write.h>
-}
+}}}}  // namespace ldi::detail::stb
 
 #pragma pop_macro("STBI_WRITE_NO_STDIO")
 #pragma pop_macro("STB_IMAGE_WRITE_STATIC")

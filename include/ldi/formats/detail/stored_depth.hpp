@@ -15,7 +15,7 @@
 #include <string>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// How a stored value v, from 0 to 1, becomes a distance.
 enum class depth_coding {
@@ -73,4 +73,4 @@ inline void drop_unsure(image<float>& values, const image<float>& confidence) {
                 values.row(y)[x] = std::numeric_limits<float>::quiet_NaN();
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

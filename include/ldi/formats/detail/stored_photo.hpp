@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A longer ICC profile is taken for none: those of cameras and screens have some kilobytes, those of scanners half a megabyte.
 inline constexpr std::size_t max_profile_bytes = std::size_t{2} << 20;
@@ -51,4 +51,4 @@ inline void require_memory(std::size_t bytes, const std::string& where) {
     std::free(probe);
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -11,7 +11,7 @@
 #include <span>
 #include <string_view>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Reads nothing beyond the bytes; a number that would lie there is 0.
 class tiff_directory {
@@ -91,4 +91,4 @@ private:
     std::uint64_t place_ = 0;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -20,7 +20,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A file in memory, as libtiff's callbacks see it, and the first thing that libtiff complained of.
 struct tiff_memory {
@@ -183,4 +183,4 @@ inline stored_photo decode_tiff(std::span<const std::byte> bytes, decoding_budge
     return photo;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The body of a chunk of a RIFF file; empty if it has none of that name. Sizes are little-endian and padded to even ones.
 inline std::span<const std::byte> riff_chunk(std::span<const std::byte> bytes, std::string_view name) {
@@ -73,4 +73,4 @@ inline stored_photo decode_webp(std::span<const std::byte> bytes, decoding_budge
     return photo;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

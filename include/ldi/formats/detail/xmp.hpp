@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct xmp_property {
     std::string_view space;  ///< the namespace's address, without the slash that some writers put at its end
@@ -169,4 +169,4 @@ inline std::vector<std::byte> decode_base64(std::string_view text) {
     return bytes;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 LDI_BEGIN_TARGET(LDI_AVX512VNNI_FEATURES)
 
@@ -51,6 +51,6 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

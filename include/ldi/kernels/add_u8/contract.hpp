@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Only prepare_add_u8() makes valid ones.
 struct add_u8_constants {
@@ -26,4 +26,4 @@ struct add_u8_kernel {
                 std::uint8_t* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -51,6 +51,6 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif

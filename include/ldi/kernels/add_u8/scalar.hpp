@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std::uint8_t* b, std::size_t count,
                    std::uint8_t* result) {
     for (std::size_t i = 0; i < count; ++i) result[i] = add_quantized(a[i], b[i], sum.exact);
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar

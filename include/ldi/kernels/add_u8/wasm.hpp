@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 struct adder {
     v128_t a_scale, b_scale, offset, magic, magic_bits;
@@ -57,6 +57,6 @@ inline void add_u8(const add_u8_constants& sum, const std::uint8_t* a, const std
     store_first(result + i, add(rest[0], rest[1]), count - i);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

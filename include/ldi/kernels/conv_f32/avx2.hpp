@@ -14,7 +14,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t conv_width = 8, conv_max_vectors = 3;
 
@@ -79,6 +79,6 @@ struct conv_f32_tiles {
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline void pack_conv_f32(conv_f32_weights& packed, std::span<const float> weights, std::span<const float> bias) {
     detail::append_conv_panels(packed, weights, bias, conv_half, conv_max_halves);
@@ -60,6 +60,6 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// One instruction set's kernel: a row of `conv_f32_kernels`.
 struct conv_f32_kernel {
@@ -18,4 +18,4 @@ struct conv_f32_kernel {
                 const float* ratios, float* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs that lie side by side in memory. Compilers turn a loop over them into vector instructions.
 inline constexpr std::size_t conv_panel = 8;
@@ -62,4 +62,4 @@ inline void conv_f32(const conv_f32_weights& weights, const float* const* rows, 
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar

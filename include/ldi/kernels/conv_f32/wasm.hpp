@@ -14,7 +14,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t conv_width = 4, conv_max_vectors = 2;
 
@@ -72,6 +72,6 @@ struct conv_f32_tiles {
 
 #include <ldi/kernels/conv_f32/generic/conv_f32.hpp>
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -77,6 +77,6 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif

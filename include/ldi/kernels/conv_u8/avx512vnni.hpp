@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> weights, std::span<const std::uint8_t> zero_points,
                          std::span<const float> scales, std::span<const float> bias) {
@@ -97,6 +97,6 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
                                pixels, conv_u8_panel_output<Result>(weights, ratios, result));
 }
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

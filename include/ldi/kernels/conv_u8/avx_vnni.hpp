@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 using avx2::pack_conv_u8;
 
@@ -36,6 +36,6 @@ inline constexpr std::size_t pixels[] = {12, 6, 4};
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx_vnni
+}}}  // namespace ldi::avx_vnni
 
 #endif

@@ -9,7 +9,7 @@
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Maximum absolute value of a weight. The sum of two products with unsigned bytes then fits 16 bits, as AVX2's vpmaddubsw needs.
 inline constexpr std::int32_t max_conv_u8_weight = 63;
@@ -91,4 +91,4 @@ inline void append_conv_u8_panels(conv_u8_weights& packed, std::span<const std::
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -80,6 +80,6 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif

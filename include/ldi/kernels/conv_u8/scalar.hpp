@@ -11,7 +11,7 @@
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs that lie side by side in memory, so that compilers vectorize the loop over them.
 inline constexpr std::size_t conv_u8_panel = 8;
@@ -69,4 +69,4 @@ void conv_u8(const conv_u8_weights& weights, const std::uint8_t* const* rows, st
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar

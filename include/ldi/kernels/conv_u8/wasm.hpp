@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 namespace conv_u8_set {
 
@@ -51,6 +51,6 @@ inline void pack_conv_u8(conv_u8_weights& packed, std::span<const std::int8_t> w
 
 #include <ldi/kernels/conv_u8/generic/conv_u8.hpp>
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

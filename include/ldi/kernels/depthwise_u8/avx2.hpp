@@ -18,7 +18,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -146,6 +146,6 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t depthwise_max_channels = 32;  ///< of a unit
 
@@ -57,4 +57,4 @@ inline void pack_depthwise_u8(depthwise_u8_weights& packed, const detail::depthw
     }
 }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2

@@ -18,7 +18,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t depthwise_max_channels = 64;  ///< of a unit
 
@@ -166,6 +166,6 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Result pixels first .. first + count - 1 of a row. Their inputs lie in slots, one per stored column, in order; the columns
 /// outside the image (-1 and `width`) have slots, too.
@@ -33,4 +33,4 @@ struct depthwise_columns {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

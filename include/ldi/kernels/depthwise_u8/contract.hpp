@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The weights of one layer in the order that depthwise_u8() reads them. Only pack_depthwise_u8() makes valid ones.
 struct depthwise_u8_weights {
@@ -59,4 +59,4 @@ struct depthwise_u8_kernel {
                 std::uint8_t* result);
 };
 
-}  // namespace ldi
+}}  // namespace ldi

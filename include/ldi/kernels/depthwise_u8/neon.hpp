@@ -17,7 +17,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t depthwise_block = 16, depthwise_slot = 64;
 
@@ -143,6 +143,6 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Channels summed together. Compilers vectorize a loop over this many 8-bit values, but not shorter ones.
 inline constexpr std::size_t depthwise_block = 16;
@@ -56,4 +56,4 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Some channels of all pixels of a row: `most`, or a half or a quarter of it, at least 16. The last unit may overlap the one
 /// before it.
@@ -96,4 +96,4 @@ struct depthwise_stretches {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t depthwise_block = 16;
 inline constexpr std::size_t depthwise_slot = 4 * depthwise_block;  // 16-bit values of one column
@@ -192,6 +192,6 @@ inline void depthwise_u8(const depthwise_u8_weights& weights, const std::uint8_t
     depthwise_u8_row(weights, from, result_width, result);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

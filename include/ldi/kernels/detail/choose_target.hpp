@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct signed_range {
     int least, most;
@@ -60,4 +60,4 @@ inline isa choose_target(isa wanted, std::span<const std::uint8_t> weights, std:
 
 inline bool is_negated(const float_requantization& fast) { return fast.scale < 0; }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

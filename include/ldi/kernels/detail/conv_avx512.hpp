@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 /// Panels have up to 5 half vectors. If their number is odd, the last instruction is 256 bits wide, which takes half the time on
 /// processors that split 512-bit instructions in two (Zen 4).
@@ -172,6 +172,6 @@ inline void conv_panels(const Weights& weights, Input input, std::size_t pixels,
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

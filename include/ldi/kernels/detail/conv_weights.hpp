@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Activation after the bias: x if x is positive, else negative_slope * x.
 struct activation {
@@ -86,4 +86,4 @@ inline void append_conv_panels(conv_f32_weights& packed, std::span<const float> 
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

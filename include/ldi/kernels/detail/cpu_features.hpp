@@ -7,7 +7,7 @@
 #include <ldi/kernels/detail/dot_product_extension.hpp>
 #include <ldi/kernels/detail/target.hpp>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 enum class cpu_feature {
     none,
@@ -53,4 +53,4 @@ inline bool has_feature(cpu_feature feature) {
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 struct cpuid_leaf {
     std::uint32_t a = 0, b = 0, c = 0, d = 0;
@@ -19,6 +19,6 @@ struct cpuid_leaf {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 #endif

@@ -17,7 +17,7 @@
 #include <cstddef>
 #endif
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// On systems without a query, whether the compiler's flags promise the extension.
 inline bool has_dot_product_extension() {
@@ -34,6 +34,6 @@ inline bool has_dot_product_extension() {
 #endif
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
 
 #endif

@@ -12,7 +12,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -87,6 +87,6 @@ struct rectifier {
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 LDI_BEGIN_TARGET(LDI_NEON_FEATURES)
 
@@ -114,6 +114,6 @@ struct relu_requantizer {
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif

@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 /// Adding it to a float between -2^22 and 2^22 rounds to the nearest integer, halves to even, and leaves the integer in the low
 /// bits. Down to -2^23 the result still grows with the float. A conversion would take six x86 instructions.
@@ -70,6 +70,6 @@ inline void widen(const std::uint8_t* from, std::size_t count, std::int16_t* to)
 
 #include <ldi/kernels/detail/generic/conv_walk.hpp>
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

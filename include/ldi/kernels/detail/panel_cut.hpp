@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Splits outputs into panels of at most `max_vectors` vectors, as evenly as possible.
 struct panel_cut {
@@ -20,4 +20,4 @@ struct panel_cut {
     std::size_t vectors_in(std::size_t panel) const { return panel < larger ? vectors : vectors - 1; }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

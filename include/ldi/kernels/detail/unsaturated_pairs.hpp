@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 /// The weights that one 16-bit sum still has room for.
 struct sum_room {
@@ -28,4 +28,4 @@ struct sum_room {
 /// Whether these weights are signed bytes that may meet in one 16-bit sum. Two of different signs always may.
 inline bool fit_one_sum(int a, int b) { return a >= -128 && a <= 127 && b >= -128 && b <= 127 && a + b >= -128 && a + b <= 128; }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2

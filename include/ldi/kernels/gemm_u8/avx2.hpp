@@ -14,7 +14,7 @@
 #include <cstring>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 LDI_BEGIN_TARGET(LDI_AVX2_FEATURES)
 
@@ -221,6 +221,6 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2
 
 #endif

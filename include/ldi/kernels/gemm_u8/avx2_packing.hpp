@@ -16,7 +16,7 @@
 #include <cstring>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::avx2 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx2 {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
@@ -142,4 +142,4 @@ inline void pack_gemm_u8(gemm_u8_weights& packed, std::span<const std::uint8_t> 
     }
 }
 
-}  // namespace ldi::avx2
+}}}  // namespace ldi::avx2

@@ -15,7 +15,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx512vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx512vnni {
 
 inline constexpr std::size_t gemm_lanes = 16, gemm_max_vectors = 4;
 using detail::gemm_group;
@@ -225,6 +225,6 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx512vnni
+}}}  // namespace ldi::avx512vnni
 
 #endif

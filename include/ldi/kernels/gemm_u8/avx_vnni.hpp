@@ -15,7 +15,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::avx_vnni {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace avx_vnni {
 
 inline constexpr std::size_t gemm_lanes = 8, gemm_max_vectors = 2;
 using detail::gemm_group;
@@ -117,6 +117,6 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::avx_vnni
+}}}  // namespace ldi::avx_vnni
 
 #endif

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The weights of one layer in the order that gemm_u8() reads them. Only pack_gemm_u8() makes valid ones.
 struct gemm_u8_weights {
@@ -90,4 +90,4 @@ inline void fold_zero_points(gemm_u8_weights& packed, std::span<const std::uint8
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -16,7 +16,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::neon {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace neon {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 4;
 using detail::gemm_group;
@@ -154,6 +154,6 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
 
 LDI_END_TARGET
 
-}  // namespace ldi::neon
+}}}  // namespace ldi::neon
 
 #endif

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::scalar {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace scalar {
 
 /// Outputs whose weights lie side by side for each input, so that compilers vectorize the loop over them.
 inline constexpr std::size_t gemm_panel = 8;
@@ -54,4 +54,4 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     }
 }
 
-}  // namespace ldi::scalar
+}}}  // namespace ldi::scalar

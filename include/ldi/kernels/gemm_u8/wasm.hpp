@@ -15,7 +15,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::wasm_simd128 {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace wasm_simd128 {
 
 inline constexpr std::size_t gemm_lanes = 4, gemm_max_vectors = 2, gemm_tile = 4, gemm_group = 2;
 inline constexpr std::size_t gemm_widened = 4 * detail::max_unfused_inputs;  // values at a time
@@ -205,6 +205,6 @@ inline void gemm_u8(const gemm_u8_weights& weights, const std::uint8_t* const* s
     kinds.begin()[weights.is_single_output()](weights, segments, pixel_stride, pixels, result);
 }
 
-}  // namespace ldi::wasm_simd128
+}}}  // namespace ldi::wasm_simd128
 
 #endif

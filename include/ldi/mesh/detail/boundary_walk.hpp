@@ -13,7 +13,7 @@
 #include <span>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 constexpr int clockwise(int s) { return (s + 1) & 3; }
 constexpr int counter_clockwise(int s) { return (s + 3) & 3; }
@@ -170,4 +170,4 @@ private:
     const std::int32_t* links_[4];
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A chart as the triangulator takes it, and where the edge after each outline vertex comes from.
 struct chart_polygon {
@@ -57,4 +57,4 @@ private:
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

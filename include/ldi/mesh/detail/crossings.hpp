@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Compares the outline edges of a polygon whose bounding boxes meet. Keep one to reuse its memory.
 class crossing_finder {
@@ -188,4 +188,4 @@ private:
     buffer<entry> entries_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Answers for the left side of pixels that have at least `clearance` pixels of their chart's row to either side.
 class outline_clearance {
@@ -52,4 +52,4 @@ private:
     std::int32_t clearance_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

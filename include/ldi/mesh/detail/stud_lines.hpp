@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Lines between the ends of an extent, as evenly as whole numbers allow. Tabulated, because every row of a chart asks for them.
 class even_lines {
@@ -74,4 +74,4 @@ private:
     buffer<std::pair<std::int32_t, std::int32_t>> stack_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// From left to right the interior lies below the chain, and every vertex but the ends is straight or reflex, or else it would
 /// have been cut off. Nodes of `waiting_chains`, or -1 if there is no chain.
@@ -128,4 +128,4 @@ private:
     buffer<std::int32_t> open_sides_;  ///< for each link the half-edge on its first side, or -1
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

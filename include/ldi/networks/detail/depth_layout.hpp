@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// H x W x C, left and right exchanged.
 template <class T>
@@ -72,4 +72,4 @@ inline image<float> with_layout(image<float> details, const image<float>& layout
     return details;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <initializer_list>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// x  in [-87, 88]; the result is within 3 units in the last place of exp(x)
 inline float exponential(float x) {
@@ -25,4 +25,4 @@ inline float exponential(float x) {
     return std::ldexp(numerator / denominator, static_cast<int>(power));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Converts the network's input to the values that its first convolution reads.
 template <class Value>
@@ -176,4 +176,4 @@ private:
     isa target_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

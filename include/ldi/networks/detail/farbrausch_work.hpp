@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A level of detail, and the network's work there.
 struct farbrausch_level {
@@ -86,4 +86,4 @@ inline buffer<farbrausch_level> plan_farbrausch(const graph_view& finest, std::s
     return levels;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The network's input at the pixels that it reads.
 struct network_input {
@@ -53,4 +53,4 @@ struct masked_map {
     }
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

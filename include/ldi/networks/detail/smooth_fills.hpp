@@ -18,7 +18,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// red, green, blue, and 1 where there is a color; four zeros where there is none.
 using masked_color = lanes::four_floats;
@@ -297,4 +297,4 @@ private:
     masked_color mean_{};
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

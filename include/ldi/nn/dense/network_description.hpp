@@ -11,7 +11,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// A convolution with `kernel / 2` pixels of padding on each side, filled with the input's zero point.
 struct convolution_description {
@@ -51,4 +51,4 @@ struct network_description {
     std::string where = {};  ///< the file it comes from, for messages; may be empty
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -17,7 +17,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// An 8-bit network, ready to run. run() does not change it, so one object serves any number of threads at once.
 class quantized_network {
@@ -275,4 +275,4 @@ private:
     std::size_t output_ = 0;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// file  holds n operators; tensor 0 of the network is its input, tensor i + 1 the result of operator i:
 ///
@@ -146,4 +146,4 @@ inline network_description read_quantized_network(const named_tensors& file) {
     return detail::quantized_weights_reader(file).read();
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -114,4 +114,4 @@ void convolve_partially(const convolution_plan& plan, const Weights& weights,
     detail::run_convolution(plan, weights, sources, true, std::span(result), result_mask, threads);
 }
 
-}  // namespace ldi
+}}  // namespace ldi

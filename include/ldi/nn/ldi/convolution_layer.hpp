@@ -20,7 +20,7 @@
 #include <initializer_list>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 struct convolution_options {
     std::int32_t kernel_size = 3;      ///< odd, 1 to largest_kernel_size
@@ -65,4 +65,4 @@ private:
     bool is_partial_;
 };
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Outputs are the pixels of the graph, or with stride 2 those of the coarse graph. Every output lies in one segment or is
 /// irregular. restrict_to() makes plans in which some outputs are neither; convolutions skip these.
@@ -181,4 +181,4 @@ inline buffer<std::int32_t> needed_inputs(const convolution_plan& plan) {
     return pixels;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -16,7 +16,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -137,4 +137,4 @@ feature_map tanh(feature_map x, Executor&& threads = {}) {
     return detail::for_each_value(std::move(x), threads, [](float v) { return std::tanh(v); });
 }
 
-}  // namespace ldi
+}}  // namespace ldi

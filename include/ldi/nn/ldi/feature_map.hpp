@@ -13,7 +13,7 @@
 #include <cstring>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Non-owning view of a feature map, with an optional index map: nearest upsampling without a copy.
 ///
@@ -118,4 +118,4 @@ std::size_t copy_pixel(std::span<const basic_feature_view<Value>> sources, std::
 
 }  // namespace detail
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// K pixels with the channels of the column. `Value` is float or std::uint8_t; bytes require a column of bytes.
 ///
@@ -55,4 +55,4 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
     });
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// The pixels, and the row of each pixel of the graph among them.
 struct pixel_subset {
@@ -55,4 +55,4 @@ inline convolution_plan on_subsets(convolution_plan plan, const pixel_subset& ou
     return plan;
 }
 
-}  // namespace ldi
+}}  // namespace ldi

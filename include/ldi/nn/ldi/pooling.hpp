@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 namespace detail {
 
@@ -91,4 +91,4 @@ basic_feature_map<Value> max_pool(const basic_feature_map<Value>& fine, const co
         fine, by, threads, [](Value a, Value b) { return (std::max)(a, b); }, [](Value largest, std::size_t) { return largest; });
 }
 
-}  // namespace ldi
+}}  // namespace ldi

@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Row-major values. Half-precision numbers of a file become float.
 struct tensor {
@@ -82,4 +82,4 @@ void check_no_others(const named_tensors& from, const Names& names) {
     }
 }
 
-}  // namespace ldi
+}}  // namespace ldi

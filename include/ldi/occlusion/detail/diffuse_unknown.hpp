@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// g               in canonical order
 /// known           K, 0 where a pixel is not known
@@ -44,4 +44,4 @@ void diffuse_unknown(const graph_view& g, array_view<const std::uint8_t> known, 
         if (known[i] == 0) store(i, solver.value(cell_of[i]));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -13,7 +13,7 @@
 #include <span>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 // The only way from a single layer to a layered image.
 struct expansion_access {
@@ -183,4 +183,4 @@ private:
     buffer<std::int32_t> origin_;  // the pixel of the photo whose surface each hidden pixel continues
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

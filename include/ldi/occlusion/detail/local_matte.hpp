@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A color as a mixture of two.
 struct mixture {
@@ -137,4 +137,4 @@ private:
     buffer<mixture> mixtures_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

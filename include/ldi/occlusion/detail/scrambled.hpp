@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The finalizer of MurmurHash3 (Austin Appleby, public domain), of two numbers.
 constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
@@ -15,4 +15,4 @@ constexpr std::uint32_t scrambled(std::uint32_t a, std::uint32_t b) {
     return h ^ h >> 16;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 using float_color = std::array<float, 3>;
 
@@ -124,4 +124,4 @@ private:
     buffer<std::int32_t> place_of_;  // of each pixel
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
 struct point {
     float x = 0, y = 0;
@@ -181,4 +181,4 @@ private:
     buffer<std::int32_t> pixels_;
 };
 
-}  // namespace ldi::detail::curves
+}}}}  // namespace ldi::detail::curves

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Three channels of color.
 using texture_color = std::array<float, 3>;
@@ -105,4 +105,4 @@ inline void blur_cells(const texture_cells& cells, buffer<texture_color>& values
         }
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -16,7 +16,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// A cell with its surroundings: blurred colors of itself, and of those `tap_distance` steps away on each side. Of 16 bytes for
 /// the sake of vector instructions; the last is 0.
@@ -147,4 +147,4 @@ private:
     buffer<std::int32_t> source_, nearest_known_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail::curves {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail { namespace curves {
 
 // Corners of the lattice, numbered y * (width + 1) + x, with one bit for each discontinuity that starts there.
 class corner_map {
@@ -189,4 +189,4 @@ private:
     corner_map all_;
 };
 
-}  // namespace ldi::detail::curves
+}}}}  // namespace ldi::detail::curves

@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <string>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The corners of a pixel, clockwise from the top left; its sides in the same order, each from a corner to the next.
 inline constexpr std::int32_t pixel_corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -206,4 +206,4 @@ std::array<std::uint8_t, 3> color_within_pixel(const Layers& layers, std::int32_
     return result;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <utility>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// The position of a sample (x, y) is (x + 0.5, y + 0.5); positions count in 1 / 256 of the distance between samples.
 inline constexpr std::int64_t subsample_steps = 256;
@@ -238,4 +238,4 @@ private:
     double z_near_, slope_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

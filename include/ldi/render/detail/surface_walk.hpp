@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// One of the four triangles of a pixel, named by the side that it reaches.
 struct surface_triangle {
@@ -84,4 +84,4 @@ private:
     const pixel_squares& squares_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

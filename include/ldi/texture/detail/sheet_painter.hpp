@@ -16,7 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 class sheet_painter {
 public:
@@ -127,4 +127,4 @@ private:
     buffer<sample> columns_, rows_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

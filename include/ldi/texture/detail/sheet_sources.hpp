@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Where the color of what lies in a pixel of the layered image comes from.
 enum class sheet_source : std::uint8_t {
@@ -111,4 +111,4 @@ private:
     image<sheet_source> found_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

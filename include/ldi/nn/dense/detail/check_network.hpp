@@ -13,7 +13,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 inline constexpr std::size_t most_channels = 65536, most_kernel = 7, most_stride = 2, most_resize_factor = 4;
 
@@ -120,4 +120,4 @@ inline void check_network(const network_description& network) {
         raise(error_code::invalid_data, input, "a result that an operator makes", "tensor " + std::to_string(network.output));
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

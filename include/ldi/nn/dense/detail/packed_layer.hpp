@@ -14,7 +14,7 @@
 #include <string>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION {
+namespace ldi { inline namespace LDI_CONFIGURATION {
 
 /// Height and width of a tensor.
 struct tensor_size {
@@ -94,4 +94,4 @@ inline tensor_size size_after(const packed_layer& layer, tensor_size input) {
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -15,7 +15,7 @@
 #include <utility>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Rows of a tensor.
 struct row_range {
@@ -250,4 +250,4 @@ private:
     buffer<stage_state> state_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

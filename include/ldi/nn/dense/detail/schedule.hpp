@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <variant>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Layers that run as one chain. The first reads tensor `input`; the last makes tensor `layers.back() + 1`.
 struct schedule_step {
@@ -238,4 +238,4 @@ inline schedule_plan plan_schedule(const buffer<packed_layer>& layers, const buf
     return plan;
 }
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail

@@ -17,9 +17,7 @@
 #include <span>
 #include <type_traits>
 
-namespace ldi::inline LDI_CONFIGURATION {
-
-namespace detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// Calls the kernel that the weights are packed for.
 inline void multiply(const conv_f32_weights& weights, const float* const* rows, std::size_t pixel_stride, std::size_t pixels,
@@ -230,4 +228,4 @@ void run_convolution(const convolution_plan& plan, const Weights& weights,
 }
 
 }  // namespace detail
-}  // namespace ldi
+}}  // namespace ldi

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ldi::inline LDI_CONFIGURATION::detail {
+namespace ldi { inline namespace LDI_CONFIGURATION { namespace detail {
 
 /// One bit per pixel. Bits outside are zero. Shifts and masks replace / 64 and % 64, which are slower for signed numbers.
 class pixel_bits {
@@ -194,4 +194,4 @@ private:
     pixel_bits regular_, goes_on_;
 };
 
-}  // namespace ldi::detail
+}}}  // namespace ldi::detail
