@@ -42,7 +42,7 @@ struct rows {
     std::size_t row_bytes;
 
     rows(const shape& s, std::size_t kernel, std::size_t outputs) : row_bytes((s.input.width + kernel) * s.input_channels) {
-        ldi_test::random_bytes random;
+        ldi::testing::random_bytes random;
         input = random.bytes((kernel + wanted_pixels / s.output.width + 1) * row_bytes + 64);
         other = input;
         result.resize((wanted_pixels + s.output.width) * outputs);
@@ -143,8 +143,8 @@ void report(const std::string& name, const line& what, double peak) {
 }
 
 const bool registered = [] {
-    const auto operators = ldi_test::read_bytes(folder + "tiefenrausch.pb"),
-               weights = ldi_test::read_bytes(folder + "tiefenrausch_init.pb");
+    const auto operators = ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
+               weights = ldi::testing::read_bytes(folder + "tiefenrausch_init.pb");
     if (operators.empty()) return false;  // the published network is absent
     const ldi::network_description network = ldi::read_caffe2(operators, weights);
     const ldi::isa target = ldi::best_isa();

@@ -19,15 +19,15 @@ namespace {
 const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
 
 ldi::image<std::uint8_t> photo() {
-    const auto array = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_1024x768_rgb.npy");
+    const auto array = ldi::testing::read_npy<std::uint8_t>(folder + "golden/columns_1024x768_rgb.npy");
     ldi::image<std::uint8_t> result(1024, 768, 3, std::uint8_t{0});
     if (array.values.size() == result.size()) std::copy(array.values.begin(), array.values.end(), result.data());
     return result;
 }
 
 void network(benchmark::State& state) {
-    const auto operators = ldi_test::read_bytes(folder + "model/tiefenrausch.pb");
-    const auto weights = ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb");
+    const auto operators = ldi::testing::read_bytes(folder + "model/tiefenrausch.pb");
+    const auto weights = ldi::testing::read_bytes(folder + "model/tiefenrausch_init.pb");
     if (operators.empty()) {
         state.SkipWithError("the published network is absent");
         return;
@@ -55,8 +55,8 @@ void resize(benchmark::State& state) {
 BENCHMARK(resize)->Name("tiefenrausch/area resize 1024x768 to 384x288")->Unit(benchmark::kMillisecond);
 
 void build(benchmark::State& state) {
-    const auto operators = ldi_test::read_bytes(folder + "model/tiefenrausch.pb");
-    const auto weights = ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb");
+    const auto operators = ldi::testing::read_bytes(folder + "model/tiefenrausch.pb");
+    const auto weights = ldi::testing::read_bytes(folder + "model/tiefenrausch_init.pb");
     if (operators.empty()) {
         state.SkipWithError("the published network is absent");
         return;

@@ -73,7 +73,7 @@ void report_steps(const std::string& name, const ldi::tiefenrausch& network, con
 }
 
 const bool registered = [] {
-    const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
+    const auto photo = ldi::testing::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
     if (photo.values.empty()) return false;
     ldi::image<std::uint8_t> rgb(384, 288, 3);
     std::copy(photo.values.begin(), photo.values.end(), rgb.data());

@@ -68,9 +68,9 @@ row measure(const ldi::image<std::uint8_t>& photo, const ldi::image<float>& map,
 
 int main(int count, char** arguments) {
     const std::size_t width = count > 1 ? static_cast<std::size_t>(std::atoll(arguments[1])) : 1536, height = 3 * width / 4;
-    const ldi::image<std::uint8_t> photo = ldi::test::noisy_photo(height, width);
+    const ldi::image<std::uint8_t> photo = ldi::testing::noisy_photo(height, width);
     std::vector<std::string> stages;
-    std::vector<row> by_map(std::size(ldi::test::hard_maps));
+    std::vector<row> by_map(std::size(ldi::testing::hard_maps));
     std::vector<std::pair<std::string, row>> by_size;
     for (const std::size_t columns : {std::size_t{16}, std::size_t{96}, std::size_t{384}, width})
         for (const std::size_t unit : {std::size_t{1}, std::size_t{6}}) {
@@ -78,14 +78,15 @@ int main(int count, char** arguments) {
             const std::size_t rows = 3 * columns / 4;
             by_size.emplace_back(std::to_string(columns) + " x " + std::to_string(rows) + ", " + std::to_string(unit), row());
             for (std::size_t m = 0; m < by_map.size(); ++m) {
-                const row measured = measure(photo, ldi::test::hard_map(ldi::test::hard_maps[m], rows, columns, unit), stages);
+                const row measured =
+                    measure(photo, ldi::testing::hard_map(ldi::testing::hard_maps[m], rows, columns, unit), stages);
                 by_map[m].widen(measured), by_size.back().second.widen(measured);
-                std::fprintf(stderr, "%s, %s\n", by_size.back().first.c_str(), std::string(ldi::test::hard_maps[m]).c_str());
+                std::fprintf(stderr, "%s, %s\n", by_size.back().first.c_str(), std::string(ldi::testing::hard_maps[m]).c_str());
             }
         }
     std::printf("Photo of %zu x %zu\n", width, height);
     print_header("map, and width of what it shows, in samples", stages);
     for (const auto& [name, worst] : by_size) worst.print(name);
     print_header("map", stages);
-    for (std::size_t m = 0; m < by_map.size(); ++m) by_map[m].print(std::string(ldi::test::hard_maps[m]));
+    for (std::size_t m = 0; m < by_map.size(); ++m) by_map[m].print(std::string(ldi::testing::hard_maps[m]));
 }

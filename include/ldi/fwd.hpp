@@ -12,10 +12,14 @@ struct error_details;
 class error;
 
 enum class side : std::uint8_t;
-struct graph;
+class graph;
+class graph_view;
+class graph_builder;
 struct color_column;
 struct disparity_column;
 struct known_column;
+struct matte_column;
+struct photo_facts;
 
 struct serial_executor;
 class thread_pool;
@@ -29,7 +33,6 @@ struct chart;
 struct chart_set;
 struct textured_mesh;
 
-struct photo3d;
 struct photo3d_options;
 
 }}  // namespace ldi

@@ -9040,7 +9040,7 @@ void to_column(const basic_feature_map<Value>& map, Layers& layers, float scale 
             return value;
         } else if constexpr (std::integral<scalar>) {
             const double scaled = std::round(double{scale} * static_cast<double>(value));
-            constexpr double lowest = std::numeric_limits<scalar>::min(), highest = std::numeric_limits<scalar>::max();
+            constexpr double lowest = (std::numeric_limits<scalar>::min)(), highest = (std::numeric_limits<scalar>::max)();
             return static_cast<scalar>(std::isnan(scaled) ? 0.0 : std::clamp(scaled, lowest, highest));
         } else {
             return static_cast<scalar>(scale * static_cast<float>(value));

@@ -9,7 +9,7 @@
 
 TEST_CASE("a mesh is V, F and UV to Eigen, in its own memory, and its area can be had from them") {
     std::mt19937 random(3);
-    const ldi::image<float> disparity = ldi::test::random_disparity(random, 40, 60);
+    const ldi::image<float> disparity = ldi::testing::random_disparity(random, 40, 60);
     const ldi::photo3d made = ldi::make_photo3d(ldi::image<std::uint8_t>(40, 60, 3, std::uint8_t{90}),
                                                 ldi::given_disparity{disparity}, ldi::diffusion_inpainter{});
     const ldi::position_map v = ldi::positions(made.mesh);

@@ -191,7 +191,7 @@ TEST_CASE("a disc and the wall behind it are a chart each") {
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 60; ++x)
             if (std::hypot(static_cast<double>(x) - 30, static_cast<double>(y) - 30) < 12) disparity(y, x, 0) = 0.7F;
-    const photo_layers layers = ldi::test::lifted_layers(disparity);
+    const photo_layers layers = ldi::testing::lifted_layers(disparity);
     const chart_set set = make_charts(layers, {});
     REQUIRE(set.charts.size() == 2);
     CHECK(set.charts[0].width == 60);

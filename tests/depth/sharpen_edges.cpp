@@ -64,7 +64,7 @@ TEST_CASE("an edge along the border of the map is a network's error, and stays")
 TEST_CASE("sharpening invents no value, and is the same on any number of threads") {
     std::mt19937 random(3);
     for (int round = 0; round < 20; ++round) {
-        const ldi::image<float> map = ldi::test::random_disparity(random, 1 + random() % 50, 1 + random() % 50);
+        const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 50, 1 + random() % 50);
         const ldi::image<float> sharp = ldi::sharpen_edges(map);
         for (const float v : sharp) REQUIRE(std::find(map.begin(), map.end(), v) != map.end());
         REQUIRE(ldi::sharpen_edges(map, {}, {}, ldi::thread_pool(3)) == sharp);

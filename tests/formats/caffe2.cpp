@@ -20,8 +20,8 @@
 
 namespace {
 
-using ldi_test::bytes;
-using ldi_test::caffe2_files;
+using ldi::testing::caffe2_files;
+using ldi::testing::octets;
 
 /// Reads, builds and runs. Returns the error's text, or nothing if all went well. Anything but ldi::error fails the test.
 std::string error_of(const caffe2_files& files) {
@@ -41,8 +41,8 @@ std::string error_of(const caffe2_files& files) {
 /// The small network with the first occurrence of `from` in one of its files replaced by `to`, of the same length.
 std::string error_with(const std::string& from, const std::string& to, bool in_weights = false) {
     REQUIRE(from.size() == to.size());
-    caffe2_files files = ldi_test::small_network();
-    bytes& file = in_weights ? files.weights : files.network;
+    caffe2_files files = ldi::testing::small_network();
+    octets& file = in_weights ? files.weights : files.network;
     const auto at = std::search(file.begin(), file.end(), from.begin(), from.end());
     REQUIRE(at != file.end());
     std::copy(to.begin(), to.end(), at);
@@ -54,7 +54,7 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 }  // namespace
 
 TEST_CASE("the small network reads as it was written") {
-    const caffe2_files files = ldi_test::small_network();
+    const caffe2_files files = ldi::testing::small_network();
     const ldi::network_description network = ldi::read_caffe2(files.network, files.weights);
     CHECK(network.input_name == "color");
     CHECK(network.input_channels == 3);
@@ -81,8 +81,8 @@ TEST_CASE("the small network reads as it was written") {
 
 TEST_CASE("the published network has 146 convolutions, 39 additions and 5 enlargements") {
     const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
-    const bytes operators = ldi_test::read_bytes(folder + "tiefenrausch.pb"),
-                weights = ldi_test::read_bytes(folder + "tiefenrausch_init.pb");
+    const octets operators = ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
+                 weights = ldi::testing::read_bytes(folder + "tiefenrausch_init.pb");
     if (operators.empty()) {
         WARN("skipped: there is no " << folder);
         return;
@@ -121,39 +121,39 @@ TEST_CASE("errors name the operator and say what was expected and found") {
 }
 
 TEST_CASE("empty, truncated and foreign files are errors") {
-    const caffe2_files sound = ldi_test::small_network();
+    const caffe2_files sound = ldi::testing::small_network();
     CHECK(contains(error_of({{}, sound.weights}), "network file: expected a Caffe2 network with operators, found 0 bytes"));
     CHECK(contains(error_of({sound.network, {}}), "weight file"));
     CHECK(contains(error_of({sound.weights, sound.network}), "weight file"));
     const std::string text = "this is not a network but a line of text\n";
-    CHECK_FALSE(error_of({bytes(text.begin(), text.end()), sound.weights}).empty());
+    CHECK_FALSE(error_of({octets(text.begin(), text.end()), sound.weights}).empty());
     for (std::size_t size = 0; size < sound.network.size(); ++size) {
-        bytes cut(sound.network.begin(), sound.network.begin() + static_cast<std::ptrdiff_t>(size));
+        octets cut(sound.network.begin(), sound.network.begin() + static_cast<std::ptrdiff_t>(size));
         // The external output stands at the end; every cut loses it or an operator.
         CHECK_FALSE(error_of({cut, sound.weights}).empty());
     }
     for (std::size_t size = 0; size < sound.weights.size(); ++size) {
-        bytes cut(sound.weights.begin(), sound.weights.begin() + static_cast<std::ptrdiff_t>(size));
+        octets cut(sound.weights.begin(), sound.weights.begin() + static_cast<std::ptrdiff_t>(size));
         CHECK_FALSE(error_of({sound.network, cut}).empty());
     }
 }
 
 TEST_CASE("a length that does not fit in 32 bits is an error") {
-    const caffe2_files sound = ldi_test::small_network();
+    const caffe2_files sound = ldi::testing::small_network();
     // Field 2, length delimited, length 2^32 + 1: whoever keeps 32 bits reads one byte.
-    bytes file{0x12, 0x81, 0x80, 0x80, 0x80, 0x10, 0x00};
+    octets file{0x12, 0x81, 0x80, 0x80, 0x80, 0x10, 0x00};
     file.insert(file.end(), sound.network.begin(), sound.network.end());
     CHECK(contains(error_of({file, sound.weights}), "4294967297 bytes"));
 }
 
 TEST_CASE("no damage to the files does worse than an error") {
-    const caffe2_files sound = ldi_test::small_network();
+    const caffe2_files sound = ldi::testing::small_network();
     std::mt19937 random(1);
     int refused = 0, accepted = 0;
     for (int i = 0; i < 6000; ++i) {
         ldi::buffer<std::uint8_t> edits(4 * (1 + random() % 3));
         for (std::uint8_t& value : edits) value = static_cast<std::uint8_t>(random() >> 24);
-        const bool is_refused = !error_of(ldi_test::damaged(sound, edits.data(), edits.size())).empty();
+        const bool is_refused = !error_of(ldi::testing::damaged(sound, edits.data(), edits.size())).empty();
         ++(is_refused ? refused : accepted);
     }
     // A damaged weight is still a weight.
@@ -162,7 +162,7 @@ TEST_CASE("no damage to the files does worse than an error") {
 }
 
 TEST_CASE("every byte of the small network, each bit flipped in turn, gives an error or a network that runs") {
-    const caffe2_files sound = ldi_test::small_network();
+    const caffe2_files sound = ldi::testing::small_network();
     int refused = 0;
     for (std::size_t at = 0; at < sound.network.size(); ++at)
         for (int bit = 0; bit < 8; ++bit) {
@@ -175,8 +175,8 @@ TEST_CASE("every byte of the small network, each bit flipped in turn, gives an e
 
 TEST_CASE("damage to the published network does no worse than an error") {
     const std::string folder = LDI_SHARED_DIR "/tiefenrausch/model/";
-    const caffe2_files sound{ldi_test::read_bytes(folder + "tiefenrausch.pb"),
-                             ldi_test::read_bytes(folder + "tiefenrausch_init.pb")};
+    const caffe2_files sound{ldi::testing::read_bytes(folder + "tiefenrausch.pb"),
+                             ldi::testing::read_bytes(folder + "tiefenrausch_init.pb")};
     if (sound.network.empty()) {
         WARN("skipped: there is no " << folder);
         return;
@@ -185,7 +185,7 @@ TEST_CASE("damage to the published network does no worse than an error") {
     int refused = 0;
     for (int i = 0; i < 40; ++i) {
         caffe2_files files = sound;
-        bytes& file = i % 2 == 0 ? files.network : files.weights;
+        octets& file = i % 2 == 0 ? files.network : files.weights;
         for (int edit = 0; edit < 4; ++edit) file[random() % file.size()] = static_cast<std::uint8_t>(random() >> 24);
         if (i % 8 == 7) file.resize(random() % file.size());
         try {
@@ -199,14 +199,14 @@ TEST_CASE("damage to the published network does no worse than an error") {
 
 TEST_CASE("thousands of operators or arguments without a name take no memory") {
     const auto repeated = [](std::initializer_list<std::uint8_t> message, std::size_t count) {
-        bytes file;
+        octets file;
         for (std::size_t i = 0; i < count; ++i) file.insert(file.end(), message);
         return file;
     };
-    const bytes arguments = repeated({0x2A, 0}, 50'000);
-    bytes one_operator = {0x12, 0xA0, 0x8D, 0x06};  // of 100,000 bytes
+    const octets arguments = repeated({0x2A, 0}, 50'000);
+    octets one_operator = {0x12, 0xA0, 0x8D, 0x06};  // of 100,000 bytes
     one_operator.insert(one_operator.end(), arguments.begin(), arguments.end());
-    for (const bytes& file : {repeated({0x12, 0}, 50'000), one_operator}) {
+    for (const octets& file : {repeated({0x12, 0}, 50'000), one_operator}) {
         ldi::testing::counted_memory memory;
         const ldi::memory_scope scope(memory.source);
         CHECK_THAT(error_of({file, file}), Catch::Contains("with a name"));

@@ -16,7 +16,7 @@
 #include <set>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 class viewed_glb {
 public:
@@ -97,4 +97,4 @@ public:
     std::span<const std::byte> binary;
 };
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -11,7 +11,7 @@
 #include <cstring>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

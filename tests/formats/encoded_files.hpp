@@ -23,7 +23,7 @@
 #include <optional>
 #include <string>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 #if defined(LDI_WITH_LIBHEIF)
 
@@ -234,4 +234,4 @@ inline byte_string iccp_chunk(const byte_string& profile) {
     return png_chunk("iCCP", body);
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

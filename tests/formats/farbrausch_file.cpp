@@ -17,11 +17,11 @@ const std::filesystem::path weights =
 std::string complaint(const std::string& piece, const std::string& other, const std::filesystem::path& path = weights) {
     REQUIRE(piece.size() == other.size());
     std::vector<std::byte> file = read_file(path);
-    const test::byte_string from = test::bytes_of(piece), to = test::bytes_of(other);
+    const testing::byte_string from = testing::bytes_of(piece), to = testing::bytes_of(other);
     const auto at = std::search(file.begin(), file.end(), from.begin(), from.end());
     REQUIRE(at != file.end());
     std::copy(to.begin(), to.end(), at);
-    return test::message_of([&] { decode_farbrausch(file, "weights"); });
+    return testing::message_of([&] { decode_farbrausch(file, "weights"); });
 }
 
 using Catch::Contains;
@@ -62,16 +62,17 @@ TEST_CASE("a file of another network is refused, and what does not fit is named"
     CHECK_THAT(complaint("\"architecture\"", "\"architec-ure\""), Contains("architecture") && Contains("none"));
     CHECK_THAT(complaint("\"F16\"", "\"I16\""), Contains("tensor encoder.0.weight") && Contains("I16"));
     CHECK_THAT(complaint("\"name\":\"farbrausch\"", "\"name\":\"farb-ausch\""), Contains("found farb-ausch"));
-    CHECK_THAT(test::message_of([] { load_farbrausch("no/such/file"); }), Contains("no/such/file"));
+    CHECK_THAT(testing::message_of([] { load_farbrausch("no/such/file"); }), Contains("no/such/file"));
 
     const std::filesystem::path depth =
         std::filesystem::path(LDI_SOURCE_DIR) / "tests/formats/files/tiefenrausch_weights.safetensors";
-    CHECK_THAT(test::message_of([&] { load_farbrausch(depth); }),
+    CHECK_THAT(testing::message_of([&] { load_farbrausch(depth); }),
                Contains(depth.string()) && Contains("an inpainting network") && Contains("found tiefenrausch_small"));
 }
 
 TEST_CASE("an inpainting network cut off anywhere is refused, and the message names the file") {
     const std::vector<std::byte> whole = read_file(weights);
     for (std::size_t size = 0; size < whole.size(); size += 1 + size / 3)
-        CHECK_THAT(test::message_of([&] { decode_farbrausch(std::span(whole).first(size), "cut"); }), Catch::StartsWith("cut"));
+        CHECK_THAT(testing::message_of([&] { decode_farbrausch(std::span(whole).first(size), "cut"); }),
+                   Catch::StartsWith("cut"));
 }

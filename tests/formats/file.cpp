@@ -4,7 +4,7 @@
 #include <tests/formats/support.hpp>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 TEST_CASE("a file comes back as it was written") {
     const scratch_folder folder;

@@ -8,7 +8,7 @@
 #endif
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 namespace fs = std::filesystem;
 
 namespace {

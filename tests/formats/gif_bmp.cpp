@@ -9,7 +9,7 @@
 #include <random>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

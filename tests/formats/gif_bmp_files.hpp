@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 inline byte_string little_endian(std::uint32_t value, int size) {
     const byte_string bytes = big_endian(value, size);
@@ -108,4 +108,4 @@ inline byte_string bmp_file(const image<std::uint8_t>& picture, std::uint32_t bi
     return file;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -13,7 +13,7 @@
 #include <vector>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 using ldi::testing::measures_resident_memory;
 using ldi::testing::peak_memory;
 

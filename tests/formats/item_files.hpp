@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 inline byte_string box(std::string_view type, const byte_string& body) {
     byte_string result = big_endian(static_cast<std::uint32_t>(body.size() + 8), 4);
@@ -201,4 +201,4 @@ inline std::vector<std::pair<std::string, byte_string>> hostile_item_files(const
 
 #endif
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -99,7 +99,7 @@ bool same(const json_value& found, const nlohmann::json& expected) {
 }
 
 std::string complaint(const std::string& text, int depth = deep) {
-    return test::message_of([&] { read_json_object(text, depth, "text"); });
+    return testing::message_of([&] { read_json_object(text, depth, "text"); });
 }
 
 }  // namespace
@@ -117,8 +117,8 @@ TEST_CASE("damaged documents are refused where nlohmann/json refuses them") {
     std::mt19937 random(2);
     int refused = 0;
     for (int i = 0; i < 20000; ++i) {
-        const test::byte_string whole = test::bytes_of("{\"value\" : " + random_json(random, 4) + "}");
-        const test::byte_string damaged = test::damaged_copy(whole, random);
+        const testing::byte_string whole = testing::bytes_of("{\"value\" : " + random_json(random, 4) + "}");
+        const testing::byte_string damaged = testing::damaged_copy(whole, random);
         const std::string text(reinterpret_cast<const char*>(damaged.data()), damaged.size());
         const nlohmann::json expected = nlohmann::json::parse(text, nullptr, false);
         const std::string said = complaint(text);

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 /// A segment of a JPEG file, such as 0xE1 for APP1.
 inline byte_string jpeg_segment(unsigned marker, const byte_string& body) {
@@ -148,4 +148,4 @@ inline byte_string multi_picture_jpeg(const byte_string& photo, const std::vecto
     return file;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -7,7 +7,7 @@
 #include <array>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 #if defined(LDI_WITH_PUGIXML)
 

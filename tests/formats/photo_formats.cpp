@@ -10,7 +10,7 @@
 #include <cmath>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <tests/formats/support.hpp>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 TEST_CASE("a PNG file gives back every 8-bit value, of one channel and of three") {
     std::mt19937 random(3);

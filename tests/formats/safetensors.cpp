@@ -10,9 +10,9 @@
 #include <limits>
 
 using namespace ldi;
-using ldi::test::bytes_of_values;
-using ldi::test::message_of;
-using ldi::test::safetensors_file;
+using ldi::testing::bytes_of_values;
+using ldi::testing::message_of;
+using ldi::testing::safetensors_file;
 
 namespace {
 named_tensors decode(std::string_view header, const std::vector<std::byte>& data = {}) {
@@ -29,11 +29,11 @@ using Catch::Contains;
 
 TEST_CASE("tensors of every type come with shape, values and metadata") {
     std::vector<std::byte> data = bytes_of_values<float>({1.5F, -2.0F, 0.25F, 3.0F, 4.0F, 5.0F});
-    test::append(data, bytes_of_values<std::uint16_t>({0x3C00, 0xC000, 0x0001, 0x7BFF}));  // 1, -2, the smallest, the largest
-    test::append(data, bytes_of_values<std::uint16_t>({0x3F80, 0xC040}));                  // 1, -3
-    test::append(data, bytes_of_values<std::int32_t>({-7}));
-    test::append(data, bytes_of_values<std::int8_t>({-128, 127}));
-    test::append(data, bytes_of_values<std::uint8_t>({0, 255}));
+    testing::append(data, bytes_of_values<std::uint16_t>({0x3C00, 0xC000, 0x0001, 0x7BFF}));  // 1, -2, the smallest, the largest
+    testing::append(data, bytes_of_values<std::uint16_t>({0x3F80, 0xC040}));                  // 1, -3
+    testing::append(data, bytes_of_values<std::int32_t>({-7}));
+    testing::append(data, bytes_of_values<std::int8_t>({-128, 127}));
+    testing::append(data, bytes_of_values<std::uint8_t>({0, 255}));
     const named_tensors file = decode(
         R"({"__metadata__":{"name":"test"},"f32":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]},)"
         R"("f16":{"dtype":"F16","shape":[4],"data_offsets":[24,32]},"bf16":{"dtype":"BF16","shape":[2],"data_offsets":[32,36]},)"
@@ -76,7 +76,7 @@ TEST_CASE("a file that is cut off anywhere is refused") {
     const auto whole = safetensors_file(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})", std::vector<std::byte>(8));
     REQUIRE(decode_safetensors(whole).tensors.size() == 1);
     for (std::size_t size = 0; size < whole.size(); ++size)
-        CHECK(test::raised([&] { decode_safetensors(std::span(whole).first(size)); }) == error_code::invalid_data);
+        CHECK(testing::raised([&] { decode_safetensors(std::span(whole).first(size)); }) == error_code::invalid_data);
 }
 
 TEST_CASE("damage is named, with the tensor that it is in") {
@@ -125,14 +125,14 @@ TEST_CASE("damage is named, with the tensor that it is in") {
 TEST_CASE("a header that claims to be huge is refused before it is read") {
     std::vector<std::byte> file = safetensors_file("{}");
     file[6] = std::byte{1};
-    CHECK(test::raised([&] { decode_safetensors(file); }) == error_code::invalid_data);
+    CHECK(testing::raised([&] { decode_safetensors(file); }) == error_code::invalid_data);
     const std::vector<std::byte> long_one = safetensors_file(std::string(detail::safetensors::most_header_bytes, ' ') + "{}");
-    CHECK(test::raised([&] { decode_safetensors(long_one); }) == error_code::too_large);
+    CHECK(testing::raised([&] { decode_safetensors(long_one); }) == error_code::too_large);
 }
 
 TEST_CASE("files are read by name") {
-    CHECK(test::raised([] { load_safetensors("no/such.safetensors"); }) == error_code::file_access);
-    const test::scratch_folder folder;
+    CHECK(testing::raised([] { load_safetensors("no/such.safetensors"); }) == error_code::file_access);
+    const testing::scratch_folder folder;
     write_file(folder / "a.safetensors", safetensors_file(R"({"__metadata__":{"x":"y"}})"));
     CHECK(load_safetensors(folder / "a.safetensors").metadata.at("x") == "y");
     write_file(folder / "b.safetensors", safetensors_file("{"));
@@ -146,7 +146,7 @@ TEST_CASE("random damage never gets through to memory it should not") {
                                         std::vector<std::byte>(11));
     int refused = 0;
     for (int i = 0; i < 3000; ++i)
-        if (test::raised([&] { decode_safetensors(test::damaged_copy(whole, random)); })) ++refused;
+        if (testing::raised([&] { decode_safetensors(testing::damaged_copy(whole, random)); })) ++refused;
     CHECK(refused > 1000);
     CHECK(refused < 3000);
 }

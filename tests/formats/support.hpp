@@ -22,7 +22,7 @@
 #define LDI_SOURCE_DIR "."
 #endif
 
-namespace ldi::test {
+namespace ldi::testing {
 
 using byte_string = std::vector<std::byte>;
 
@@ -234,4 +234,4 @@ inline byte_string damaged_copy(byte_string file, std::mt19937& random) {
     return file;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -17,7 +17,7 @@
 using namespace ldi;
 using Catch::Contains;
 using Catch::StartsWith;
-using ldi::test::message_of;
+using ldi::testing::message_of;
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 /// Collects the parts of a glTF file's one binary buffer.
 class glb_builder {
@@ -161,4 +161,4 @@ inline std::string tinygltf_glb(const textured_mesh& mesh, std::span<const std::
     return stream.str();
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -11,8 +11,8 @@
 #include <cstdint>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const ldi_test::caffe2_files sound = ldi_test::small_network();
-    const ldi_test::caffe2_files files = ldi_test::damaged(sound, data, size);
+    static const ldi::testing::caffe2_files sound = ldi::testing::small_network();
+    const ldi::testing::caffe2_files files = ldi::testing::damaged(sound, data, size);
     try {
         const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights));
         ldi::serial_executor threads;

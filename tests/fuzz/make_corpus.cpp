@@ -15,7 +15,7 @@
 #include <string>
 
 using namespace ldi;
-using namespace ldi::test;
+using namespace ldi::testing;
 
 namespace {
 

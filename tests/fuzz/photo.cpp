@@ -8,8 +8,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::byte* const first = reinterpret_cast<const std::byte*>(data);
-    ldi::test::byte_string bytes(first, first + size);
-    if (ldi::detail::is_png(bytes)) bytes = ldi::test::with_right_checksums(bytes);  // or no damage would reach the decoder
+    ldi::testing::byte_string bytes(first, first + size);
+    if (ldi::detail::is_png(bytes)) bytes = ldi::testing::with_right_checksums(bytes);  // or no damage would reach the decoder
     ldi::photo_options options;
     options.limits.max_pixels = std::size_t{1} << 20, options.limits.max_scanned_samples = 1 << 24;
     options.limits.max_memory = 200'000'000;

@@ -2,7 +2,7 @@
 #include <ldi/fwd.hpp>
 
 struct holder {  // what a forward declaration is for
-    ldi::graph* topology;
+    const ldi::graph* topology;
     const ldi::error_details* details;
 };
 

@@ -8,7 +8,7 @@
 
 namespace {
 
-ldi::quantized_addition any_addition(ldi_test::random_bytes& random) {
+ldi::quantized_addition any_addition(ldi::testing::random_bytes& random) {
     // No round numbers: their ratios would make many exact ties, which float rounds to even.
     const auto any = [&] { return ldi::quantization{static_cast<float>(random.in(50001, 799999)) * 1e-7F, random.byte()}; };
     return ldi::make_quantized_addition(any(), any(), any());
@@ -24,10 +24,10 @@ ldi::buffer<std::uint8_t> definition(const ldi::quantized_addition& sum, const l
 }  // namespace
 
 TEST_CASE("add_u8 adds value by value on every instruction set, for any count") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (int round = 0; round < 60; ++round) {
         const ldi::quantized_addition exact = any_addition(random);
-        for (ldi::isa set : ldi_test::available_isas()) {
+        for (ldi::isa set : ldi::testing::available_isas()) {
             const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
             for (std::size_t count : {0U, 1U, 31U, 32U, 33U, 63U, 64U, 65U, 200U}) {
                 const ldi::buffer<std::uint8_t> a = random.bytes(count), b = random.bytes(count);
@@ -41,8 +41,8 @@ TEST_CASE("add_u8 adds value by value on every instruction set, for any count") 
 }
 
 TEST_CASE("on every instruction set all 65536 pairs have the sum of the integer form, and few additions need that form") {
-    ldi_test::random_bytes random;
-    for (ldi::isa set : ldi_test::available_isas()) {
+    ldi::testing::random_bytes random;
+    for (ldi::isa set : ldi::testing::available_isas()) {
         int integer_forms = 0;
         std::size_t broken = 0;
         for (int round = 0; round < 40; ++round) {
@@ -64,9 +64,9 @@ TEST_CASE("on every instruction set all 65536 pairs have the sum of the integer 
 }
 
 TEST_CASE("the result may take the place of either input") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     const ldi::quantized_addition exact = any_addition(random);
-    for (ldi::isa set : ldi_test::available_isas()) {
+    for (ldi::isa set : ldi::testing::available_isas()) {
         const ldi::add_u8_constants sum = ldi::prepare_add_u8(set, exact);
         const ldi::buffer<std::uint8_t> a = random.bytes(150), b = random.bytes(150), expected = definition(exact, a, b);
         ldi::buffer<std::uint8_t> first = a, second = b;

@@ -11,7 +11,7 @@
 #include <vector>
 
 TEST_CASE("what is to be packed for AVX-VNNI is, and in a build without its kernels for the set that stands in") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     const ldi::buffer<std::uint8_t> weights = random.bytes(9 * 20);
     const ldi::buffer<std::int32_t> bias(20, 3);
     const ldi::requantization output = ldi::make_requantization(0.0021F, 7);
@@ -35,7 +35,7 @@ bool can_be_emulated() {
 template <class Value, class Compute>
 std::vector<Value> emulated(std::size_t values, Compute compute, bool& used) {
     std::vector<Value> result(values + 1, Value{untouched});
-    ldi_test::trapped_dot_products trapped;
+    ldi::testing::trapped_dot_products trapped;
     compute(result.data());
     used = trapped.instructions > 0;
     return result;
@@ -45,7 +45,7 @@ std::vector<Value> emulated(std::size_t values, Compute compute, bool& used) {
 
 TEST_CASE("what the compiler made of the AVX-VNNI matrix product gives what scalar code does") {
     if (!can_be_emulated()) return;
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 300; ++round) {
         const std::size_t segments = random.size_in(1, 3), inputs = random.size_in(1, 70), outputs = random.size_in(2, 40);
@@ -71,7 +71,7 @@ TEST_CASE("what the compiler made of the AVX-VNNI matrix product gives what scal
 TEMPLATE_TEST_CASE("what the compiler made of the AVX-VNNI convolution of bytes gives what scalar code does", "", std::uint8_t,
                    float) {
     if (!can_be_emulated()) return;
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {
         const std::size_t rows = random.size_in(1, 3), inputs = random.size_in(1, 40), outputs = random.size_in(1, 50);

@@ -15,7 +15,7 @@ namespace {
 constexpr float untouched = 776.0F;
 using floats = ldi::buffer<float>;
 
-floats random_numbers(ldi_test::random_bytes& random, std::size_t count) {
+floats random_numbers(ldi::testing::random_bytes& random, std::size_t count) {
     floats values(count);
     for (float& v : values) v = static_cast<float>(random.in(-1000, 1000)) / 1000.0F;
     return values;
@@ -43,7 +43,7 @@ struct convolution {
         return result;
     }
     /// The same, in calls for any numbers of pixels.
-    results compute_in_pieces(const ldi::conv_f32_weights& with, ldi_test::random_bytes& random) const {
+    results compute_in_pieces(const ldi::conv_f32_weights& with, ldi::testing::random_bytes& random) const {
         results result(pixels * outputs + 1, untouched);
         for (std::size_t p = 0; p < pixels;) {
             const std::size_t count = std::min(pixels - p, random.size_in(1, 9));
@@ -71,7 +71,7 @@ struct convolution {
         return result.back() == untouched;  // nothing is written behind the result
     }
 
-    static convolution any(ldi_test::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,
+    static convolution any(ldi::testing::random_bytes& random, std::size_t rows, std::size_t inputs, std::size_t outputs,
                            std::size_t pixels) {
         const float slopes[] = {1.0F, 0.0F, 0.2F};
         convolution c{rows, inputs, outputs, pixels, random.size_in(1, static_cast<int>(inputs) + 5), {}, {}, {}, {}, 0.0F};
@@ -89,8 +89,8 @@ struct convolution {
 }  // namespace
 
 TEST_CASE("a convolution is the sum of products, scaled, with bias and activation, for all sizes round its tiles") {
-    ldi_test::random_bytes random;
-    for (const ldi::isa set : ldi_test::available_isas())
+    ldi::testing::random_bytes random;
+    for (const ldi::isa set : ldi::testing::available_isas())
         for (std::size_t outputs : {1U, 3U, 8U, 9U, 16U, 17U, 24U, 25U, 40U, 41U, 48U, 72U})
             for (std::size_t inputs : {1U, 7U, 36U})
                 for (std::size_t pixels : {0U, 1U, 2U, 5U, 11U, 12U, 13U, 24U, 31U, 49U}) {
@@ -102,8 +102,8 @@ TEST_CASE("a convolution is the sum of products, scaled, with bias and activatio
 }
 
 TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut into calls") {
-    ldi_test::random_bytes random;
-    for (const ldi::isa set : ldi_test::available_isas())
+    ldi::testing::random_bytes random;
+    for (const ldi::isa set : ldi::testing::available_isas())
         for (int round = 0; round < 150; ++round) {
             const convolution c = convolution::any(random, random.size_in(1, 7), random.size_in(1, 40), random.size_in(1, 90),
                                                    random.size_in(1, 70));
@@ -113,8 +113,8 @@ TEST_CASE("a convolution gives a pixel the same bits however the pixels are cut 
 }
 
 TEST_CASE("a ratio of 1 changes no bit") {
-    ldi_test::random_bytes random;
-    for (const ldi::isa set : ldi_test::available_isas()) {
+    ldi::testing::random_bytes random;
+    for (const ldi::isa set : ldi::testing::available_isas()) {
         convolution c = convolution::any(random, 3, 17, 21, 30);
         c.ratios.clear();
         const auto without = c.compute(c.packed(set));
@@ -140,7 +140,7 @@ struct byte_convolution {
     }
     /// In calls for up to so many pixels.
     template <class Result>
-    std::vector<Result> compute(ldi::isa set, int most_pixels, ldi_test::random_bytes& random) const {
+    std::vector<Result> compute(ldi::isa set, int most_pixels, ldi::testing::random_bytes& random) const {
         const ldi::conv_u8_weights with = packed(set);
         std::vector<Result> result(pixels * outputs + 1, Result{77});
         for (std::size_t p = 0; p < pixels;) {
@@ -161,7 +161,7 @@ struct byte_convolution {
         return value > 0 ? value : value * double{slope};
     }
 
-    static byte_convolution any(ldi_test::random_bytes& random) {
+    static byte_convolution any(ldi::testing::random_bytes& random) {
         const float slopes[] = {1.0F, 0.0F, 0.2F};
         byte_convolution c{random.size_in(1, 7),
                            random.size_in(1, 40),
@@ -193,7 +193,7 @@ struct byte_convolution {
 }  // namespace
 
 TEST_CASE("a convolution of bytes is its definition, rounded, and the same on every instruction set in calls for any pixels") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (int round = 0; round < 200; ++round) {
         const byte_convolution c = byte_convolution::any(random);
         const auto bytes = c.compute<std::uint8_t>(ldi::isa::scalar, 9, random);
@@ -207,7 +207,7 @@ TEST_CASE("a convolution of bytes is its definition, rounded, and the same on ev
                 near = near && std::abs(bytes[p * c.outputs + o] - byte) <= 0.5 + tolerance;
             }
         REQUIRE(near);
-        for (const ldi::isa set : ldi_test::available_isas()) {
+        for (const ldi::isa set : ldi::testing::available_isas()) {
             INFO("instruction set " << std::string(to_string(set)));
             REQUIRE((c.compute<std::uint8_t>(set, 70, random) == bytes));
             REQUIRE((c.compute<float>(set, 9, random) == numbers));

@@ -48,7 +48,7 @@ struct convolution {
     }
 };
 
-convolution any_convolution(ldi_test::random_bytes& random, std::size_t channels, std::size_t width, std::size_t repeat,
+convolution any_convolution(ldi::testing::random_bytes& random, std::size_t channels, std::size_t width, std::size_t repeat,
                             std::size_t stride, int missing_row) {
     convolution made{channels, width, repeat, stride, missing_row, random.in(127, 128), random.in(0, 255), {}, {}, {}, {}};
     made.output = ldi::make_requantization(0.0041F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
@@ -61,7 +61,7 @@ convolution any_convolution(ldi_test::random_bytes& random, std::size_t channels
 }  // namespace
 
 TEST_CASE("depthwise_u8 sums the 3 x 3 neighborhood of each channel; what lies outside the image counts as zero") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (std::size_t channels : {1U, 8U, 15U, 16U, 17U, 40U, 48U})
         for (std::size_t width : {1U, 2U, 3U, 8U, 9U})
             for (std::size_t repeat : {1U, 2U, 3U})
@@ -74,8 +74,8 @@ TEST_CASE("depthwise_u8 sums the 3 x 3 neighborhood of each channel; what lies o
 }
 
 TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousands of random shapes") {
-    ldi_test::random_bytes random;
-    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    ldi::testing::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0, packed_as_asked = 0;
     for (int round = 0; round < 2000; ++round) {
         const std::size_t channels = random.in(0, 1) == 0 ? random.size_in(1, 150) : 8 * random.size_in(1, 16);
@@ -95,7 +95,7 @@ TEST_CASE("depthwise_u8 gives the same bits on every instruction set, for thousa
 }
 
 TEST_CASE("depthwise_u8 gives the same bits where weights and inputs are as large as they come") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {
         convolution c = any_convolution(random, random.size_in(1, 70), random.size_in(1, 9), random.size_in(1, 2), 1, -1);
@@ -104,7 +104,7 @@ TEST_CASE("depthwise_u8 gives the same bits where weights and inputs are as larg
         for (std::uint8_t& weight : c.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
         for (std::uint8_t& value : c.image) value = random.in(0, 5) == 0 ? random.byte() : 255;
         const ldi::buffer<std::uint8_t> expected = c.compute(c.pack(ldi::isa::scalar));
-        for (ldi::isa set : ldi_test::available_isas()) broken += c.compute(c.pack(set)) != expected;
+        for (ldi::isa set : ldi::testing::available_isas()) broken += c.compute(c.pack(set)) != expected;
     }
     CHECK(broken == 0);
 }

@@ -49,7 +49,7 @@ struct product {
     }
 };
 
-product any_product(ldi_test::random_bytes& random, std::size_t segments, std::size_t inputs, std::size_t outputs,
+product any_product(ldi::testing::random_bytes& random, std::size_t segments, std::size_t inputs, std::size_t outputs,
                     std::size_t pixels) {
     product made{segments, inputs, outputs, pixels, inputs + random.size_in(0, 5), 128, random.in(0, 255), {}, {}, {}, {}};
     made.output = ldi::make_requantization(0.0021F, random.in(0, 1) == 0 ? std::uint8_t{0} : random.byte());
@@ -68,7 +68,7 @@ ldi::isa expected_target(const product& p, ldi::isa set) {
 }  // namespace
 
 TEST_CASE("gemm_u8 is the requantized product with both zero points taken off, for all sizes around its tiles") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (std::size_t outputs : {1U, 7U, 8U, 9U, 24U})
         for (std::size_t inputs : {1U, 3U, 8U, 27U, 100U})
             for (std::size_t pixels : {0U, 1U, 3U, 4U, 5U, 13U}) {
@@ -79,8 +79,8 @@ TEST_CASE("gemm_u8 is the requantized product with both zero points taken off, f
 }
 
 TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands of random shapes") {
-    ldi_test::random_bytes random;
-    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    ldi::testing::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0, packed_as_asked = 0;
     for (int round = 0; round < 2000; ++round) {
         product p =
@@ -98,8 +98,8 @@ TEST_CASE("gemm_u8 gives the same bits on every instruction set, for thousands o
 }
 
 TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of many") {
-    ldi_test::random_bytes random;
-    const std::vector<ldi::isa> sets = ldi_test::available_isas();
+    ldi::testing::random_bytes random;
+    const std::vector<ldi::isa> sets = ldi::testing::available_isas();
     std::size_t broken = 0;
     for (std::size_t inputs = 1; inputs < 200; ++inputs) {
         product p = any_product(random, random.size_in(1, 3), inputs, 1, random.size_in(1, 40));
@@ -111,19 +111,19 @@ TEST_CASE("gemm_u8 gives the same bits for a single output, of few inputs and of
 }
 
 TEST_CASE("gemm_u8 takes long rows, and windows that overlap") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (int round = 0; round < 40; ++round) {
         const std::size_t inputs = round % 2 == 0 ? 16 * random.size_in(1, 8) : random.size_in(2, 100);
         product p = any_product(random, random.size_in(1, 3), inputs, random.size_in(2, 9), random.size_in(100, 1100));
         if (round % 4 >= 2) p.stride = random.size_in(1, static_cast<int>(inputs));
         const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
-        for (ldi::isa set : ldi_test::available_isas()) CHECK((p.compute(p.pack(set)) == expected));
+        for (ldi::isa set : ldi::testing::available_isas()) CHECK((p.compute(p.pack(set)) == expected));
     }
 }
 
 TEST_CASE("weights that an instruction set cannot hold, and scales that float cannot follow, are packed for a slower one") {
-    ldi_test::random_bytes random;
-    for (ldi::isa set : ldi_test::available_isas()) {
+    ldi::testing::random_bytes random;
+    for (ldi::isa set : ldi::testing::available_isas()) {
         const bool is_neon = set == ldi::isa::neon_dot_product,
                    is_signed = set == ldi::isa::avx_vnni || set == ldi::isa::avx512vnni;
         product wide = any_product(random, 1, 40, 20, 10);
@@ -141,7 +141,7 @@ TEST_CASE("weights that an instruction set cannot hold, and scales that float ca
 }
 
 TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantization, on every instruction set") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     for (int round = 0; round < 60; ++round) {
         const float scale = std::ldexp(static_cast<float>(random.in(1 << 23, (1 << 24) - 1)), -24 - round % 6);
         const ldi::requantization r = ldi::make_requantization(scale, round % 4 == 0 ? std::uint8_t{0} : random.byte());
@@ -151,7 +151,7 @@ TEST_CASE("gemm_u8 rounds to the right side of every threshold of the requantiza
         for (std::int32_t sum : sums) expected.push_back(ldi::requantize(sum, r));
         const ldi::buffer<std::uint8_t> weights(sums.size(), 128), input(4);  // the bias is all there is
         const std::uint8_t* const start = input.data();
-        for (ldi::isa set : ldi_test::available_isas()) {
+        for (ldi::isa set : ldi::testing::available_isas()) {
             ldi::buffer<std::uint8_t> found(sums.size());
             ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 128, sums, 1, 0, r), &start, 1, 1, found.data());
             CHECK(found == expected);
@@ -165,7 +165,7 @@ TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
     const std::uint8_t* const start = input.data();
     const ldi::buffer<std::int32_t> bias{60000000};
     const ldi::requantization r = ldi::make_requantization(0x1p-24F, 0);
-    for (ldi::isa set : ldi_test::available_isas()) {
+    for (ldi::isa set : ldi::testing::available_isas()) {
         std::uint8_t found = 0;
         ldi::gemm_u8(ldi::pack_gemm_u8(set, weights, 255, bias, 1, 255, r), &start, inputs, 1, &found);
         CHECK(found == ldi::requantize(255 * 255 * 16000 + 60000000, r));
@@ -174,7 +174,7 @@ TEST_CASE("gemm_u8 does not overflow at the limit that packing documents") {
 }
 
 TEST_CASE("no instruction set saturates between the largest products") {
-    for (ldi::isa set : ldi_test::available_isas())
+    for (ldi::isa set : ldi::testing::available_isas())
         for (std::uint8_t weight : {std::uint8_t{0}, std::uint8_t{255}}) {
             const ldi::buffer<std::uint8_t> weights(64, weight), input(67, 255);
             const std::uint8_t* const start = input.data();
@@ -186,7 +186,7 @@ TEST_CASE("no instruction set saturates between the largest products") {
 }
 
 TEST_CASE("gemm_u8 gives the same bits where weights and inputs are as large as they come") {
-    ldi_test::random_bytes random;
+    ldi::testing::random_bytes random;
     std::size_t broken = 0;
     for (int round = 0; round < 200; ++round) {
         product p = any_product(random, 1, random.size_in(1, 40), random.size_in(2, 40), 5);
@@ -195,7 +195,7 @@ TEST_CASE("gemm_u8 gives the same bits where weights and inputs are as large as 
         for (std::uint8_t& weight : p.weights) weight = random.in(0, 1) == 0 ? 0 : 255;
         for (std::uint8_t& value : p.input) value = random.in(0, 5) == 0 ? random.byte() : 255;
         const ldi::buffer<std::uint8_t> expected = p.compute(p.pack(ldi::isa::scalar));
-        for (ldi::isa set : ldi_test::available_isas()) broken += p.compute(p.pack(set)) != expected;
+        for (ldi::isa set : ldi::testing::available_isas()) broken += p.compute(p.pack(set)) != expected;
     }
     CHECK(broken == 0);
 }

@@ -11,7 +11,7 @@
 
 namespace {
 
-using ldi_test::charted_graph;
+using ldi::testing::charted_graph;
 using point = std::array<std::uint32_t, 3>;  // the bits of three floats
 
 constexpr ldi::depth_range range{2.0F, 20.0F};
@@ -60,7 +60,7 @@ point bits(const ldi::textured_mesh& m, std::uint32_t vertex) {
 
 TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth between near and far") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
         REQUIRE(m.texture_coordinates.size() == 2 * m.vertex_count());
         for (std::size_t v = 0; v < m.vertex_count(); ++v) {
@@ -76,7 +76,7 @@ TEST_CASE("Every vertex lies on the ray through its lattice point, at a depth be
 
 TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::buffer<ldi::chart_placement> placements = random_placements(c, seed);
         const ldi::mesh_options options = small_options();
         const ldi::textured_mesh m = mesh_of(c, placements, options);
@@ -101,7 +101,7 @@ TEST_CASE("A texture coordinate is the place of the vertex in the atlas") {
 
 TEST_CASE("Triangles face the camera, and none has its vertices on a line") {
     for (std::uint32_t seed = 0; seed < 300; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 20);
+        const charted_graph c = ldi::testing::random_charts(seed, 20);
         const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
         REQUIRE(m.triangle_count() > 0);
         for (std::size_t f = 0; f < m.triangles.size(); f += 3) {
@@ -123,8 +123,8 @@ TEST_CASE("Where two charts meet, both have the same edges between the same poin
         std::mt19937 random(seed);
         charted_graph c;
         c.topology = ldi::make_grid(2 + static_cast<std::int32_t>(random() % 30), 2 + static_cast<std::int32_t>(random() % 30));
-        c.charts = ldi_test::random_partition(c.topology, random);
-        c.disparity = ldi_test::random_disparity(c.topology, random);
+        c.charts = ldi::testing::random_partition(c.topology, random);
+        c.disparity = ldi::testing::random_disparity(c.topology, random);
         const ldi::textured_mesh m = mesh_of(c, random_placements(c, seed), small_options());
         std::map<std::pair<point, point>, int> edges;
         for (std::size_t h = 0; h < m.triangles.size(); ++h)
@@ -168,7 +168,7 @@ TEST_CASE("Disparity beyond its range is taken as its limits") {
 
 #if LDI_HAS_EXCEPTIONS
 TEST_CASE("A camera of another size, or placements of other charts, raise an error") {
-    const charted_graph c = ldi_test::random_charts(3, 20);
+    const charted_graph c = ldi::testing::random_charts(3, 20);
     ldi::buffer<ldi::chart_placement> placements = random_placements(c, 3);
     ldi::pinhole_camera camera = camera_of(c);
     const auto build = [&] {

@@ -46,13 +46,13 @@ bool collide(const ldi::polygon& p, std::int32_t v, std::int32_t w) {
     const ldi::lattice_point a = point(v), b = point(next(v)), c = point(w), d = point(next(w));
     const auto same = [](ldi::lattice_point q, ldi::lattice_point r) { return q.x == r.x && q.y == r.y; };
     const auto inside = [&](ldi::lattice_point q, ldi::lattice_point r, ldi::lattice_point s) {
-        return ldi_test::twice_area(r, s, q) == 0 && !same(q, r) && !same(q, s) && std::min(r.x, s.x) <= q.x &&
+        return ldi::testing::twice_area(r, s, q) == 0 && !same(q, r) && !same(q, s) && std::min(r.x, s.x) <= q.x &&
                q.x <= std::max(r.x, s.x) && std::min(r.y, s.y) <= q.y && q.y <= std::max(r.y, s.y);
     };
     if (inside(a, c, d) || inside(b, c, d) || inside(c, a, b) || inside(d, a, b)) return true;
     const auto between = [](std::int64_t s, std::int64_t t) { return (s < 0 && t > 0) || (s > 0 && t < 0); };
-    return between(ldi_test::twice_area(a, b, c), ldi_test::twice_area(a, b, d)) &&
-           between(ldi_test::twice_area(c, d, a), ldi_test::twice_area(c, d, b));
+    return between(ldi::testing::twice_area(a, b, c), ldi::testing::twice_area(a, b, d)) &&
+           between(ldi::testing::twice_area(c, d, a), ldi::testing::twice_area(c, d, b));
 }
 
 }  // namespace
@@ -99,11 +99,11 @@ TEST_CASE("What is found for fresh edges is what is found for all, less that bet
 
 TEST_CASE("Nothing is found in the detailed outlines of charts, except where a slit ends") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
-        const ldi_test::charted_graph c = ldi_test::random_charts(seed, 10);
+        const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 10);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
         std::mt19937 random(seed);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
-            const collected found = all_of(ldi_test::chart_polygon(outlines, chart, 10, seed % 2 == 0 ? 0 : 2, random));
+            const collected found = all_of(ldi::testing::chart_polygon(outlines, chart, 10, seed % 2 == 0 ? 0 : 2, random));
             REQUIRE(found.collisions.empty());
             REQUIRE(found.overlaps.empty());
         }

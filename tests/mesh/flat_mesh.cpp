@@ -14,7 +14,7 @@
 
 namespace {
 
-using ldi_test::charted_graph;
+using ldi::testing::charted_graph;
 
 ldi::flat_mesh mesh_of(const charted_graph& c, const ldi::mesh_options& options) {
     ldi::serial_executor threads;
@@ -91,7 +91,7 @@ double distance_to_outline(const ldi::flat_mesh& m, std::size_t chart, double x,
 
 TEST_CASE("No triangle is degenerate or inverted, and together they have the area of the outline") {
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, seed % 20 == 0 ? 40 : 12);
+        const charted_graph c = ldi::testing::random_charts(seed, seed % 20 == 0 ? 40 : 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(static_cast<float>(seed % 5) * 0.6F));
         for (const ldi::chart_mesh& chart : m.charts) {
             std::int64_t area = 0, outline_area = 0;
@@ -117,7 +117,7 @@ TEST_CASE("No triangle is degenerate or inverted, and together they have the are
 
 TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, and nothing else is") {
     for (std::uint32_t seed = 0; seed < 1000; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 12);
+        const charted_graph c = ldi::testing::random_charts(seed, 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(0.0F));
         for (std::size_t k = 0; k < m.charts.size(); ++k) {
             const ldi::chart& box = c.charts.charts[k];
@@ -135,7 +135,7 @@ TEST_CASE("With tolerance 0 every pixel's center is covered once by its chart, a
 TEST_CASE("With a tolerance no center is covered twice, and those farther than it from the outline are covered as they should") {
     std::size_t far_from_outline = 0;
     for (std::uint32_t seed = 0; seed < 500; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 24);
+        const charted_graph c = ldi::testing::random_charts(seed, 24);
         const float tolerance = 0.5F + 0.5F * static_cast<float>(seed % 3);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(tolerance));
         for (std::size_t k = 0; k < m.charts.size(); ++k) {
@@ -160,7 +160,7 @@ TEST_CASE("With a tolerance no center is covered twice, and those farther than i
 TEST_CASE("Neighboring charts have the same edges along their common boundary: no T-junctions, no cracks") {
     std::size_t shared = 0;
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, seed % 20 == 0 ? 40 : 12);
+        const charted_graph c = ldi::testing::random_charts(seed, seed % 20 == 0 ? 40 : 12);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(static_cast<float>(seed % 5) * 0.6F));
         // Edges of each chart's triangles, as pairs of corners.
         std::vector<std::set<std::pair<std::int32_t, std::int32_t>>> edges(m.charts.size());
@@ -202,8 +202,8 @@ TEST_CASE("The border of the photo stays straight and complete") {
         std::mt19937 random(seed);
         charted_graph c;
         c.topology = ldi::make_grid(1 + static_cast<std::int32_t>(random() % 30), 1 + static_cast<std::int32_t>(random() % 30));
-        c.charts = ldi_test::random_partition(c.topology, random);
-        c.disparity = ldi_test::random_disparity(c.topology, random);
+        c.charts = ldi::testing::random_partition(c.topology, random);
+        c.disparity = ldi::testing::random_disparity(c.topology, random);
         const ldi::flat_mesh m = mesh_of(c, with_tolerance(2.0F));
         std::int64_t area = 0;
         for (const ldi::chart_mesh& chart : m.charts)
@@ -215,7 +215,7 @@ TEST_CASE("The border of the photo stays straight and complete") {
 TEST_CASE("The mesh does not depend on the number of threads") {
     ldi::thread_pool threads(3);
     for (std::uint32_t seed = 0; seed < 40; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 40);
+        const charted_graph c = ldi::testing::random_charts(seed, 40);
         const ldi::mesh_options options = with_tolerance(1.0F);
         const ldi::flat_mesh a = mesh_of(c, options);
         const ldi::flat_mesh b =

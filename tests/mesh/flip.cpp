@@ -20,15 +20,15 @@ TEST_CASE("After flipping, every edge that is not a chain's is locally Delaunay,
     ldi::buffer<std::int32_t> stack;
     std::size_t inner_edges = 0;
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
-        const ldi_test::charted_graph c = ldi_test::random_charts(seed, 12);
+        const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 12);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
         std::mt19937 random(seed);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
-            ldi::polygon p = ldi_test::chart_polygon(outlines, chart, 10, seed % 2 == 0 ? 0 : 2, random);
-            ldi_test::add_inner_chains(p, c, chart, 10, random);
+            ldi::polygon p = ldi::testing::chart_polygon(outlines, chart, 10, seed % 2 == 0 ? 0 : 2, random);
+            ldi::testing::add_inner_chains(p, c, chart, 10, random);
             REQUIRE_FALSE(triangulate(p, t));
             ldi::flip_to_delaunay(p.points, t, stack);
-            ldi_test::require_triangulation(p, t);
+            ldi::testing::require_triangulation(p, t);
             for (std::size_t h = 0; h < t.mates.size(); ++h) {
                 if (t.mates[h] < 0) continue;
                 const std::size_t f = h - h % 3, m = static_cast<std::size_t>(t.mates[h]);
@@ -56,7 +56,7 @@ TEST_CASE("The better diagonal of a kite is taken") {
         t.triangles = {c, b, a, a, d, c};
         t.mates = {-1, -1, 5, -1, -1, 2};
         ldi::flip_to_delaunay(p.points, t, stack);
-        ldi_test::require_triangulation(p, t);
+        ldi::testing::require_triangulation(p, t);
         bool has_short_diagonal = false;
         for (std::size_t h = 0; h < 6; ++h)
             if (t.triangles[h] == 0 && t.triangles[h % 3 == 2 ? h - 2 : h + 1] == 2) has_short_diagonal = true;
@@ -81,5 +81,5 @@ TEST_CASE("Coordinates beyond 2^14 still give a triangulation") {
     }
     REQUIRE_FALSE(triangulate(p, t));
     ldi::flip_to_delaunay(p.points, t, stack);
-    ldi_test::require_triangulation(p, t);
+    ldi::testing::require_triangulation(p, t);
 }

@@ -14,8 +14,8 @@
 
 namespace {
 
-using ldi_test::charted_graph;
-using ldi_test::random_charts;
+using ldi::testing::charted_graph;
+using ldi::testing::random_charts;
 
 struct corner_classes {
     ldi::buffer<std::size_t> parent;

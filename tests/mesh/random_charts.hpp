@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 struct charted_graph {
     ldi::graph topology;
@@ -25,7 +25,7 @@ struct charted_graph {
 };
 
 /// Layers of random pixels over one another, linked within a layer and, here and there, from one layer to another.
-inline ldi::graph random_layers(std::mt19937& random, std::int32_t max_side) {
+inline ldi::graph random_linked_layers(std::mt19937& random, std::int32_t max_side) {
     const auto below = [&](std::int32_t n) { return static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(n)); };
     const std::int32_t width = 1 + below(max_side), height = 1 + below(max_side);
     ldi::graph_builder g(width, height);
@@ -109,11 +109,11 @@ inline ldi::buffer<float> random_disparity(const ldi::graph_view& g, std::mt1993
 inline charted_graph random_charts(std::uint32_t seed, std::int32_t max_side) {
     std::mt19937 random(seed);
     charted_graph result;
-    result.topology = random_layers(random, max_side);
+    result.topology = random_linked_layers(random, max_side);
     REQUIRE_FALSE(ldi::validate_canonical(result.topology));
     result.charts = random_partition(result.topology, random);
     result.disparity = random_disparity(result.topology, random);
     return result;
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing

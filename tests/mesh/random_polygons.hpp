@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 /// Twice the area, positive for a, b, c clockwise on screen.
 inline std::int64_t twice_area(ldi::lattice_point a, ldi::lattice_point b, ldi::lattice_point c) {
@@ -116,4 +116,4 @@ inline void require_triangulation(const ldi::polygon& p, const ldi::triangulatio
     }
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing

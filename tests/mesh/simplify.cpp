@@ -8,7 +8,7 @@
 
 namespace {
 
-using ldi_test::charted_graph;
+using ldi::testing::charted_graph;
 
 ldi::simplify_options options_with(float tolerance, float disparity_tolerance) {
     ldi::simplify_options options;
@@ -35,7 +35,7 @@ double distance_to_segment(const ldi::outline_corner& p, const ldi::outline_corn
 
 TEST_CASE("A simplified piece keeps its ends, keeps its order and stays within the tolerance") {
     for (std::uint32_t seed = 0; seed < 2000; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 14);
+        const charted_graph c = ldi::testing::random_charts(seed, 14);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
         for (float tolerance : {0.0F, 0.8F, 2.0F}) {
             const ldi::simplified_boundary boundary(outlines, options_with(tolerance, 0.02F));
@@ -81,7 +81,7 @@ TEST_CASE("A straight border keeps a corner where disparity bends and drops the 
 
 TEST_CASE("Splitting every edge again and again brings the detailed boundary back") {
     for (std::uint32_t seed = 0; seed < 100; ++seed) {
-        const charted_graph c = ldi_test::random_charts(seed, 14);
+        const charted_graph c = ldi::testing::random_charts(seed, 14);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
         ldi::simplified_boundary boundary(outlines, options_with(100.0F, 10.0F));
         while (true) {

@@ -34,12 +34,12 @@ struct scene {
 
     explicit scene(std::uint32_t seed) {
         std::mt19937 random(seed);
-        disparity = ldi::test::random_disparity(random, 60 + seed % 40, 80);
-        ldi::photo_layer layer = ldi::test::lift_disparity(disparity);
+        disparity = ldi::testing::random_disparity(random, 60 + seed % 40, 80);
+        ldi::photo_layer layer = ldi::testing::lift_disparity(disparity);
         const auto curves = ldi::find_discontinuity_curves(layer, {});
         ldi::close_spurious_discontinuities(layer, curves);
         ldi::unmix_colors(layer);
-        facts = ldi::test::facts_of(layer.topology());
+        facts = ldi::testing::facts_of(layer.topology());
         layers = ldi::expand(std::move(layer), {}, curves).layers;
         ldi::diffusion_inpainter().inpaint(layers);
         charts = ldi::make_charts(layers, {});
@@ -138,10 +138,10 @@ TEST_CASE("a strip takes no more than its share of a file, and none where edges 
 }
 
 TEST_CASE("a flat photo has no strip") {
-    ldi::photo_layer layer = ldi::test::lift_disparity(ldi::image<float>(40, 50, 1, 0.5F));
+    ldi::photo_layer layer = ldi::testing::lift_disparity(ldi::image<float>(40, 50, 1, 0.5F));
     ldi::unmix_colors(layer);
     const ldi::photo_layers layers = ldi::expand(std::move(layer), {}, {}).layers;
     const ldi::chart_set charts = ldi::make_charts(layers, {});
-    const ldi::photo_facts facts = ldi::test::facts_of(layers.topology());
+    const ldi::photo_facts facts = ldi::testing::facts_of(layers.topology());
     CHECK(ldi::build_mesh(layers, facts, charts, ldi::make_atlas(layers, charts)).soft_edges.triangles.empty());
 }

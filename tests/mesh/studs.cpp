@@ -109,7 +109,7 @@ TEST_CASE("The profile between the vertices of a stud is linear to within the to
 TEST_CASE("All pixels within the clearance of a stud's vertex belong to its chart and are linked") {
     std::size_t vertices = 0;
     for (std::uint32_t seed = 0; seed < 600; ++seed) {
-        const ldi_test::charted_graph c = ldi_test::random_charts(seed, 40);
+        const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 40);
         const ldi::stud_options options =
             options_with(1 + static_cast<std::int32_t>(seed % 8), 0.0F, 1 + static_cast<std::int32_t>(seed % 2));
         const ldi::graph& g = c.topology;

@@ -7,8 +7,8 @@
 
 namespace {
 
-using ldi_test::require_triangulation;
-using ldi_test::twice_area;
+using ldi::testing::require_triangulation;
+using ldi::testing::twice_area;
 
 ldi::polygon closed(ldi::buffer<ldi::lattice_point> points) {
     ldi::polygon p;
@@ -50,13 +50,13 @@ TEST_CASE("Charts of every shape are covered exactly once by triangles that keep
     ldi::triangulator triangulate;
     ldi::triangulation t;
     for (std::uint32_t seed = 0; seed < 4000; ++seed) {
-        const ldi_test::charted_graph c = ldi_test::random_charts(seed, 10);
+        const ldi::testing::charted_graph c = ldi::testing::random_charts(seed, 10);
         const ldi::chart_outlines outlines = ldi::trace_outlines(c.topology, c.disparity, c.charts);
         std::mt19937 random(seed);
         for (std::size_t chart = 0; chart < c.charts.charts.size(); ++chart) {
             const std::int32_t jitter = seed % 2 == 0 ? 0 : 2;
-            ldi::polygon p = ldi_test::chart_polygon(outlines, chart, 10, jitter, random);
-            if (seed % 3 != 0) ldi_test::add_inner_chains(p, c, chart, 10, random);
+            ldi::polygon p = ldi::testing::chart_polygon(outlines, chart, 10, jitter, random);
+            if (seed % 3 != 0) ldi::testing::add_inner_chains(p, c, chart, 10, random);
             REQUIRE_FALSE(triangulate(p, t));
             require_triangulation(p, t);
         }
@@ -76,7 +76,7 @@ TEST_CASE("A closed chain of random points is triangulated if and only if it is 
         const ldi::polygon p = closed(points);
         if (is_simple(points)) {
             ++simple;
-            const bool clockwise = ldi_test::twice_outline_area(p) > 0;
+            const bool clockwise = ldi::testing::twice_outline_area(p) > 0;
             REQUIRE(triangulate(p, t).has_value() == !clockwise);
             if (clockwise) require_triangulation(p, t);
         } else {

@@ -168,10 +168,10 @@ double peak_signal_to_noise(const buffer<float>& a, const buffer<float>& b) {
     return -10.0 * std::log10(sum / static_cast<double>(a.size()));
 }
 
-test::reference_result reference(const named_tensors& weights, const inpainting_architecture& a, const photo_layers& layers) {
+testing::reference_result reference(const named_tensors& weights, const inpainting_architecture& a, const photo_layers& layers) {
     buffer<double> color;
     for (const std::uint8_t c : layers.column<color_column>()) color.push_back(c / 255.0);
-    return test::reference_farbrausch(weights, a).run(layers.topology(), color, layers.column<known_column>());
+    return testing::reference_farbrausch(weights, a).run(layers.topology(), color, layers.column<known_column>());
 }
 
 /// A random layered image, some of it unknown.

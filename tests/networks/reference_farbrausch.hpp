@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 /// What the network makes of colors: K x 3 each, 0 to 1.
 struct reference_result {
@@ -210,4 +210,4 @@ private:
     std::vector<std::vector<pixel>> colors_;
 };
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

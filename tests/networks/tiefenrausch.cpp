@@ -27,8 +27,8 @@ using ldi::image;
 const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
 
 std::optional<ldi::tiefenrausch> load(ldi::isa set) {
-    const auto operators = ldi_test::read_bytes(folder + "model/tiefenrausch.pb");
-    const auto weights = ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb");
+    const auto operators = ldi::testing::read_bytes(folder + "model/tiefenrausch.pb");
+    const auto weights = ldi::testing::read_bytes(folder + "model/tiefenrausch_init.pb");
     return operators.empty() ? std::nullopt
                              : std::optional<ldi::tiefenrausch>(std::in_place, ldi::read_caffe2(operators, weights), set);
 }
@@ -41,13 +41,13 @@ const ldi::tiefenrausch* published() {
 }
 
 ldi::tiefenrausch small() {
-    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::testing::caffe2_files files = ldi::testing::small_network();
     return ldi::tiefenrausch(ldi::read_caffe2(files.network, files.weights));
 }
 
 template <class Scalar>
 image<Scalar> read_image(const std::string& path) {
-    const ldi_test::npy_array<Scalar> array = ldi_test::read_npy<Scalar>(path);
+    const ldi::testing::npy_array<Scalar> array = ldi::testing::read_npy<Scalar>(path);
     REQUIRE(array.shape.size() >= 2);
     ldi::image<Scalar> result(array.shape[0], array.shape[1], array.shape.size() > 2 ? array.shape[2] : 1);
     REQUIRE(result.size() == array.values.size());
@@ -99,7 +99,7 @@ TEST_CASE("the published output is the same on every instruction set and with an
     if (published() == nullptr) return;
     const image<std::uint8_t> rgb = read_image<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy");
     const image<std::uint8_t> expected = read_image<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy");
-    for (ldi::isa set : ldi_test::available_isas()) {
+    for (ldi::isa set : ldi::testing::available_isas()) {
         INFO(to_string(set));
         const std::optional<ldi::tiefenrausch> network = load(set);
         for (std::size_t count : {1U, 2U, 5U}) {
@@ -183,7 +183,7 @@ TEST_CASE("disparity is exp of log disparity, and grows by one step's ratio with
 }
 
 TEST_CASE("a network of disparity itself gives its levels times their step, and half a step for none") {
-    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::tiefenrausch network(ldi::read_caffe2(files.network, files.weights), ldi::isa::scalar,
                                     ldi::network_output::disparity);
     ldi::image<std::uint8_t> levels(1, 256, 1);
@@ -226,7 +226,7 @@ TEST_CASE("images that are no color photo, or of a size that the network cannot 
 }
 
 TEST_CASE("networks that do not turn a color image into one channel of its size are errors") {
-    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::testing::caffe2_files files = ldi::testing::small_network();
     const ldi::network_description sound = ldi::read_caffe2(files.network, files.weights);
     ldi::network_description wide = sound, half = sound, steep = sound;
     wide.output = 5;
@@ -240,7 +240,7 @@ TEST_CASE("networks that do not turn a color image into one channel of its size 
 namespace {
 
 ldi::tiefenrausch small_at(ldi::depth_network_sizes sizes) {
-    const ldi_test::caffe2_files files = ldi_test::small_network();
+    const ldi::testing::caffe2_files files = ldi::testing::small_network();
     return ldi::tiefenrausch(ldi::read_caffe2(files.network, files.weights), ldi::best_isa(), ldi::network_output::log_disparity,
                              sizes);
 }

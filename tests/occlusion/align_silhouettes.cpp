@@ -100,7 +100,7 @@ TEST_CASE("thin things stay, and third surfaces keep their depth") {
 TEST_CASE("only disparities of the map occur after aligning, on any number of threads alike") {
     std::mt19937 random(5);
     for (int round = 0; round < 40; ++round) {
-        const ldi::image<float> map = ldi::test::random_disparity(random, 1 + random() % 60, 1 + random() % 60);
+        const ldi::image<float> map = ldi::testing::random_disparity(random, 1 + random() % 60, 1 + random() % 60);
         ldi::image<std::uint8_t> photo(map.height(), map.width(), 3);
         for (std::uint8_t& v : photo) v = static_cast<std::uint8_t>(random());
         ldi::image<float> aligned = map, by_threads = map;

@@ -13,7 +13,7 @@ namespace {
 
 ldi::photo_layers random_unknown(std::mt19937& random, bool colored) {
     ldi::photo_layer lifted =
-        ldi::test::lift_disparity(ldi::test::random_disparity(random, 10 + random() % 60, 10 + random() % 60));
+        ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 10 + random() % 60, 10 + random() % 60));
     if (colored)
         for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(60 + random() % 100);
     ldi::curve_options curve_options;
@@ -66,7 +66,7 @@ TEST_CASE("color does not cross silhouettes") {
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x < 40 ? 0.2F : 0.8F;
-    ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+    ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
     for (std::size_t i = 0; i < lifted.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c)
             lifted.column<ldi::color_column>()[3 * i + c] = lifted.topology().x()[i] < 40 ? 30 : 220;

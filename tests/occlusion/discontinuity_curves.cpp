@@ -34,7 +34,7 @@ TEST_CASE("every missing link inside the photo lies on exactly one curve, with i
     std::mt19937 random(1);
     for (int round = 0; round < 300; ++round) {
         const ldi::photo_layer layers =
-            ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         const ldi::graph& g = layers.topology();
         const auto disparity = layers.column<ldi::disparity_column>();
         std::set<std::pair<std::int32_t, std::int32_t>> found;
@@ -62,7 +62,7 @@ TEST_CASE("curves are chains that do not run through junctions") {
     std::mt19937 random(2);
     for (int round = 0; round < 300; ++round) {
         const ldi::photo_layer layers =
-            ldi::test::lift_disparity(ldi::test::random_disparity(random, 2 + random() % 30, 2 + random() % 30));
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 2 + random() % 30, 2 + random() % 30));
         const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers);
         std::map<std::pair<int, int>, int> degree;
         for (const ldi::discontinuity_curve& c : curves)
@@ -89,7 +89,7 @@ TEST_CASE("at a T-junction only the curve between midground and foreground is co
     ldi::image<float> map(60, 80);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 30 ? 0.5F : 0.1F;
-    const ldi::photo_layer layers = ldi::test::lift_disparity(map);
+    const ldi::photo_layer layers = ldi::testing::lift_disparity(map);
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 3);
     const auto disparity = layers.column<ldi::disparity_column>();
@@ -111,7 +111,7 @@ TEST_CASE("a discontinuity that fades out is not constrained at its end, nor is 
             const float step = 0.4F - 0.01F * static_cast<float>(y);  // between left and right, gone at the bottom
             map(y, x, 0) = x < 40 ? 0.5F : 0.5F + std::max(step, 0.0F);
         }
-    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
     REQUIRE(curves.size() == 1);
     CHECK(curves[0].constraints.empty());
 }
@@ -122,7 +122,7 @@ TEST_CASE("short curves are dropped, closed ones are marked") {
         for (std::size_t x = 10; x < 20; ++x) map(y, x, 0) = 0.7F;  // a closed curve of 40 sides
     for (std::size_t y = 30; y < 34; ++y)
         for (std::size_t x = 40; x < 44; ++x) map(y, x, 0) = 0.7F;  // one of 16
-    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
     REQUIRE(curves.size() == 1);
     CHECK(curves[0].sides.size() == 40);
     CHECK(curves[0].is_closed);
@@ -134,7 +134,7 @@ TEST_CASE("a branch that ends is pruned, and the curve that it left runs on") {
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x)
             if (x >= 30) map(y, x, 0) = y < 20 ? 0.5F + 0.006F * static_cast<float>(std::max(40 - static_cast<int>(x), 0)) : 0.5F;
-    const ldi::photo_layer layers = ldi::test::lift_disparity(map);  // along y = 20 a step of 0.06, gone after two pixels
+    const ldi::photo_layer layers = ldi::testing::lift_disparity(map);  // along y = 20 a step of 0.06, gone after two pixels
     REQUIRE(curves_of(layers, 1).size() == 3);
     const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(layers, 20);
     REQUIRE(curves.size() == 1);
@@ -146,7 +146,7 @@ TEST_CASE("where pixels of two depths meet at a corner, curves pass each other a
         ldi::image<float> map(40, 40, 1, 0.1F);
         for (std::size_t y = 0; y < 40; ++y)
             for (std::size_t x = 0; x < 40; ++x) map(y, mirrored ? 39 - x : x, 0) = (x < 20) == (y < 20) ? 0.8F : 0.1F;
-        const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+        const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
         REQUIRE(curves.size() == 2);
         for (const ldi::discontinuity_curve& c : curves) {
             CHECK(c.sides.size() == 40);
@@ -162,7 +162,7 @@ TEST_CASE("a short piece between two junctions of long curves stays") {
     ldi::image<float> map(60, 80, 1, 0.1F);
     for (std::size_t y = 0; y < 60; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 40 ? 0.9F : y >= 36 ? 0.5F : y >= 30 ? 0.3F : 0.1F;
-    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::test::lift_disparity(map), 20);
+    const ldi::buffer<ldi::discontinuity_curve> curves = curves_of(ldi::testing::lift_disparity(map), 20);
     REQUIRE(curves.size() == 5);
     CHECK(std::count_if(curves.begin(), curves.end(), [](const ldi::discontinuity_curve& c) { return c.sides.size() == 6; }) ==
           1);

@@ -74,7 +74,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
     std::mt19937 random(1);
     for (int round = 0; round < 120; ++round) {
         const ldi::photo_layer lifted =
-            ldi::test::lift_disparity(ldi::test::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 8 + random() % 50, 8 + random() % 50));
         ldi::curve_options curve_options;
         curve_options.shortest_length = 1 + random() % 20;
         const auto curves = ldi::find_discontinuity_curves(lifted, {}, curve_options);
@@ -97,7 +97,7 @@ TEST_CASE("after every iteration the graph is sound, and every new pixel is hidd
 TEST_CASE("the photo's own pixels keep their colors, disparities and links") {
     std::mt19937 random(2);
     for (int round = 0; round < 60; ++round) {
-        ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::test::random_disparity(random, 40, 30));
+        ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 40, 30));
         for (std::uint8_t& value : lifted.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
         const ldi::photo_layers expanded = grown(lifted, 15, 4);
         const ldi::graph& g = expanded.topology();
@@ -143,7 +143,7 @@ TEST_CASE(
         ldi::image<float> map(120, 120);
         for (std::int32_t y = 0; y < 120; ++y)
             for (std::int32_t x = 0; x < 120; ++x) map(y, x, 0) = in_front(x, y) > 0 ? 0.2F + step : 0.2F;
-        const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+        const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
         const auto curves = ldi::find_discontinuity_curves(lifted, {});
         ldi::expand_options options;
         options.motion = motion;
@@ -167,7 +167,7 @@ TEST_CASE("layers say how far the camera may go: less where growth was ended ear
     ldi::image<float> map(40, 60);
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
-    const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
     CHECK(expanded(lifted, 4096).motion == 1.0F);
     CHECK(expanded(lifted, 4).motion < 0.2F);
     CHECK(expanded(lifted, 0).motion == 0.0F);
@@ -178,7 +178,7 @@ TEST_CASE("behind a straight edge the background grows by one column an iteratio
     for (std::size_t y = 0; y < 40; ++y)
         for (std::size_t x = 0; x < 60; ++x) map(y, x, 0) = x < 30 ? 0.2F : 0.8F;
     for (int iterations : {0, 1, 7, 25}) {
-        const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(map), iterations);
+        const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), iterations);
         REQUIRE(expanded.size() == 40U * 60U + 40U * static_cast<std::size_t>(iterations));
         for (float d : expanded.column<ldi::disparity_column>()) REQUIRE((d == 0.2F || d == 0.8F));
     }
@@ -188,7 +188,7 @@ TEST_CASE("fronts that meet behind a bar link up into one surface") {
     ldi::image<float> map(30, 80);
     for (std::size_t y = 0; y < 30; ++y)
         for (std::size_t x = 0; x < 80; ++x) map(y, x, 0) = x >= 30 && x < 51 ? 0.8F : x < 30 ? 0.2F : 0.23F;
-    const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(map), 50);
+    const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(map), 50);
     REQUIRE(expanded.size() == 30U * 80U + 30U * 21U);
     const ldi::graph& g = expanded.topology();
     for (std::size_t i = 0; i < g.size(); ++i)  // from the left border one can walk to the right border behind the bar
@@ -203,7 +203,7 @@ TEST_CASE("the midground does not grow past the perpendicular at its end, the ba
     const std::int32_t width = 192, height = 256;
     const ldi::scenes::scene scene = ldi::scenes::t_junction(width, height);
     const ldi::scenes::picture picture = ldi::scenes::render(scene, ldi::scenes::picture_options{1, 0.5});
-    const ldi::photo_layers expanded = grown(ldi::test::lift_disparity(picture.disparity), 50);
+    const ldi::photo_layers expanded = grown(ldi::testing::lift_disparity(picture.disparity), 50);
     const ldi::graph& g = expanded.topology();
     std::set<std::pair<int, int>> background_at, midground_at;
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -236,7 +236,7 @@ TEST_CASE(
         for (std::size_t x = 0; x < 30; ++x) map(y, x, 0) = x < 15 ? 0.2F : 0.8F;
     ldi::buffer<std::int32_t> numbers(2 * 900), marks(900, 7);
     for (std::int32_t i = 0; i < 900; ++i) numbers[2 * i] = i + 1, numbers[2 * i + 1] = -i - 1;
-    const auto own = ldi::test::lift_disparity(map).with<label>(numbers).with<mark>(marks);
+    const auto own = ldi::testing::lift_disparity(map).with<label>(numbers).with<mark>(marks);
     const auto curves = ldi::find_discontinuity_curves(own, {});
     const auto expanded = ldi::expand(own, {}, std::span<const ldi::discontinuity_curve>(curves)).layers;
     REQUIRE(expanded.size() > 900);
@@ -268,7 +268,7 @@ TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the l
                 const float dx = static_cast<float>(x) - 59.5F, dy = static_cast<float>(y) - 59.5F;
                 map(y, x) = dy * along_x - dx * along_y > 0.0F ? 0.9F : 0.1F;
             }
-        const ldi::photo_layer lifted = ldi::test::lift_disparity(map);
+        const ldi::photo_layer lifted = ldi::testing::lift_disparity(map);
         auto curves = ldi::find_discontinuity_curves(lifted, {});
         REQUIRE(curves.size() == 1);
         // The part of the silhouette that leads up to the middle, from either side.
@@ -299,7 +299,7 @@ TEST_CASE("behind a silhouette that ends, at any angle, nothing grows past the l
 }
 
 TEST_CASE("growth can be canceled, and refuses senseless options") {
-    const ldi::photo_layer lifted = ldi::test::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
+    const ldi::photo_layer lifted = ldi::testing::lift_disparity(ldi::image<float>(5, 5, 1, 0.5F));
     ldi::progress_listener watcher;
     watcher.is_canceled = [](void*) { return true; };
     CHECK_THROWS_AS(ldi::expand(lifted, {}, {}, {}, watcher), ldi::error);

@@ -113,7 +113,7 @@ TEST_CASE("margins grow with photos of more than 1536 pixels") {
     ldi::image<float> map(24, 3072);
     for (std::size_t y = 0; y < 24; ++y)
         for (std::size_t x = 0; x < 3072; ++x) map(y, x, 0) = x < 1500 ? 0.2F : 0.8F;
-    ldi::photo_layer layers = ldi::test::lift_disparity(map);
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
     ldi::unmix_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const std::int32_t x = layers.topology().x()[i];
@@ -122,7 +122,7 @@ TEST_CASE("margins grow with photos of more than 1536 pixels") {
 }
 
 TEST_CASE("options that mean nothing are refused") {
-    ldi::photo_layer layers = ldi::test::lift_disparity(ldi::image<float>(4, 4));
+    ldi::photo_layer layers = ldi::testing::lift_disparity(ldi::image<float>(4, 4));
     for (const ldi::mixed_color_options& options :
          {ldi::mixed_color_options{.foreground_margin = -1}, ldi::mixed_color_options{.background_margin = -1},
           ldi::mixed_color_options{.reach = 2.0F}, ldi::mixed_color_options{.contrast = 0.0F}})
@@ -133,7 +133,7 @@ TEST_CASE("the margins on both sides of a silhouette are unknown, all else stays
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x < 20 ? 0.2F : 0.8F;
-    ldi::photo_layer layers = ldi::test::lift_disparity(map);
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
     ldi::mixed_color_options options;
     options.foreground_margin = 3;
     options.background_margin = 1;
@@ -148,7 +148,7 @@ TEST_CASE("a rod thinner than its margins keeps its colors") {
     ldi::image<float> map(20, 40);
     for (std::size_t y = 0; y < 20; ++y)
         for (std::size_t x = 0; x < 40; ++x) map(y, x, 0) = x >= 20 && x < 24 ? 0.8F : 0.2F;
-    ldi::photo_layer layers = ldi::test::lift_disparity(map);
+    ldi::photo_layer layers = ldi::testing::lift_disparity(map);
     ldi::unmix_colors(layers);
     for (std::size_t i = 0; i < layers.size(); ++i)
         if (layers.topology().x()[i] >= 20 && layers.topology().x()[i] < 24) REQUIRE(layers.column<ldi::known_column>()[i] == 1);
@@ -158,7 +158,7 @@ TEST_CASE("every unknown pixel can be refilled: links lead from it to a known on
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
         ldi::photo_layer layers =
-            ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 40, 1 + random() % 40));
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 40, 1 + random() % 40));
         ldi::mixed_color_options options;
         options.foreground_margin = static_cast<int>(random() % 5);
         options.background_margin = static_cast<int>(random() % 5);
@@ -181,7 +181,7 @@ TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take mem
     ldi::image<float> disparity(128, 128);
     for (std::size_t y = 0; y < 128; ++y)
         for (std::size_t x = 0; x < 128; ++x) disparity(y, x) = x + y / 2 < 90 ? 0.2F : 0.8F;
-    ldi::photo_layer layer = ldi::test::lift_disparity(disparity);
+    ldi::photo_layer layer = ldi::testing::lift_disparity(disparity);
     ldi::testing::counted_memory own;
     own.limit = 400 * layer.size();
     const ldi::memory_scope scope(own.source);
@@ -191,7 +191,7 @@ TEST_CASE("margins as wide as silhouettes of a coarse depth map are off take mem
     const auto& known = layer.column<ldi::known_column>();
     CHECK(std::count(known.begin(), known.end(), 0) > 128 * 60);
     // A margin without an end has no known pixel behind it, so that all stay.
-    layer = ldi::test::lift_disparity(disparity);
+    layer = ldi::testing::lift_disparity(disparity);
     options.foreground_margin = options.background_margin = 1 << 30;
     ldi::unmix_colors(layer, options);
     CHECK(std::count(layer.column<ldi::known_column>().begin(), layer.column<ldi::known_column>().end(), 0) == 0);

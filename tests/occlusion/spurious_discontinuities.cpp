@@ -13,7 +13,7 @@ TEST_CASE("exactly the discontinuities that are on no curve are closed") {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
         ldi::photo_layer layers =
-            ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
+            ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 30, 1 + random() % 30));
         const ldi::graph& g = layers.topology();
         ldi::curve_options options;
         options.shortest_length = 1 + random() % 30;

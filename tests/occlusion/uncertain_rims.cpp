@@ -121,7 +121,7 @@ TEST_CASE("what was set aside can be refilled, and is put back whole where nobod
     std::mt19937 random(2);
     for (int round = 0; round < 200; ++round) {
         layer_with_rims layer =
-            with_rims(ldi::test::lift_disparity(ldi::test::random_disparity(random, 1 + random() % 40, 1 + random() % 40)));
+            with_rims(ldi::testing::lift_disparity(ldi::testing::random_disparity(random, 1 + random() % 40, 1 + random() % 40)));
         for (std::uint8_t& value : layer.column<ldi::color_column>()) value = static_cast<std::uint8_t>(random());
         for (std::uint8_t& known : layer.column<ldi::known_column>()) known = random() % 8 != 0;
         const layer_with_rims before = layer;

@@ -52,7 +52,7 @@ struct cost {
 
 cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t columns, std::size_t unit) {
     const std::size_t photo_rows = 3 * photo_columns / 4;
-    const ldi::image<std::uint8_t> photo = ldi::test::noisy_photo(photo_rows, photo_columns);
+    const ldi::image<std::uint8_t> photo = ldi::testing::noisy_photo(photo_rows, photo_columns);
     ldi::testing::counted_memory own;
     own.limit = 4000 * photo_rows * photo_columns + (std::size_t{1} << 21);
     ldi::testing::stage_peaks peaks(own);
@@ -60,7 +60,7 @@ cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t colum
     options.progress = peaks.listener();
     cost result;
     const ldi::memory_scope scope(own.source);
-    const ldi::given_disparity depth{ldi::test::hard_map(name, 3 * columns / 4, columns, unit)};
+    const ldi::given_disparity depth{ldi::testing::hard_map(name, 3 * columns / 4, columns, unit)};
     const ldi::photo3d made = ldi::make_photo3d(photo, depth, ldi::diffusion_inpainter{}, options);
     result.stages = peaks.stages;
     result.pixels = static_cast<double>(photo_rows * photo_columns);
@@ -71,7 +71,7 @@ cost cost_of(std::string_view name, std::size_t photo_columns, std::size_t colum
 }  // namespace
 
 TEST_CASE("no stage takes more memory per pixel than its bound, whatever the depth map") {
-    for (const std::string_view name : ldi::test::hard_maps)
+    for (const std::string_view name : ldi::testing::hard_maps)
         for (const auto& [columns, unit] : map_sizes) {
             const cost c = cost_of(name, 128, columns, unit);
             REQUIRE(c.stages.size() == std::size(bounds));
@@ -104,9 +104,9 @@ TEST_CASE("tiny and narrow photos take little memory with maps of any size") {
                 ldi::testing::counted_memory own;
                 own.limit = 1 << 20;
                 const ldi::memory_scope scope(own.source);
-                const ldi::given_disparity depth{ldi::test::hard_map(name, map_rows, map_columns, 1)};
+                const ldi::given_disparity depth{ldi::testing::hard_map(name, map_rows, map_columns, 1)};
                 const ldi::photo3d made =
-                    ldi::make_photo3d(ldi::test::noisy_photo(rows, columns), depth, ldi::diffusion_inpainter{});
+                    ldi::make_photo3d(ldi::testing::noisy_photo(rows, columns), depth, ldi::diffusion_inpainter{});
                 CHECK(made.mesh.triangle_count() >= 2);
             }
 }

@@ -79,7 +79,7 @@ TEST_CASE("every stage, with both networks, allocates from the caller's memory a
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);
-    const ldi::image<float> map = ldi::test::random_disparity(random, 48, 64);
+    const ldi::image<float> map = ldi::testing::random_disparity(random, 48, 64);
     const ldi::image<std::uint8_t> photo = noisy_photo(48, 64);
     ldi::thread_pool threads(3);
     ldi::testing::counted_memory own;
@@ -109,7 +109,7 @@ TEST_CASE("sheets of a photo four times as large take no more memory, but for th
     const auto peak_of = [&](std::size_t rows, std::size_t columns) {
         std::mt19937 random(10);
         const ldi::image<std::uint8_t> photo = noisy_photo(rows, columns);
-        const ldi::given_disparity depth{ldi::test::random_disparity(random, 60, 80)};
+        const ldi::given_disparity depth{ldi::testing::random_disparity(random, 60, 80)};
         ldi::sheet_options sheets;
         sheets.max_side = 512;
         ldi::photo3d_options options;
@@ -135,7 +135,7 @@ TEST_CASE("wherever memory runs out on the whole way, that is thrown, and all th
     const ldi::tiefenrausch depth = ldi::load_depth_network(tests / "formats/files/tiefenrausch_weights.safetensors");
     const ldi::farbrausch inpainter = ldi::load_farbrausch(tests / "networks/files/farbrausch_weights.safetensors");
     std::mt19937 random(9);
-    const ldi::image<float> map = ldi::test::random_disparity(random, 24, 32);
+    const ldi::image<float> map = ldi::testing::random_disparity(random, 24, 32);
     const ldi::image<std::uint8_t> photo = noisy_photo(24, 32);
     ldi::thread_pool pool(2);
     const auto runs_out = [&](std::size_t last, auto&& threads) {

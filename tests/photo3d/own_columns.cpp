@@ -35,7 +35,7 @@ TEST_CASE(
     std::mt19937 random(4);
     for (int round = 0; round < 20; ++round) {
         const std::size_t rows = 40 + random() % 40, columns = 40 + random() % 40;
-        const image<float> disparity = test::random_disparity(random, rows, columns);
+        const image<float> disparity = testing::random_disparity(random, rows, columns);
         image<std::uint8_t> photo(rows, columns, 3);
         for (std::uint8_t& value : photo) value = static_cast<std::uint8_t>(random());
         buffer<float> normals;
@@ -58,7 +58,7 @@ TEST_CASE(
         add_texture(layers);
         const chart_set charts = make_charts(layers, {});
         const texture_atlas atlas = make_atlas(layers, charts);
-        const photo_facts facts = test::facts_of(layers.topology());
+        const photo_facts facts = testing::facts_of(layers.topology());
         const textured_mesh mesh = build_mesh(layers, facts, charts, atlas);
 
         REQUIRE_FALSE(validate(layers));
@@ -83,7 +83,7 @@ TEST_CASE(
 TEST_CASE("rows of an engine's own pictures, with gaps between them, make the same 3D photo as a copy without") {
     std::mt19937 random(5);
     const std::size_t rows = 60, columns = 80, photo_stride = 3 * columns + 17, map_stride = columns + 5;
-    const image<float> disparity = test::random_disparity(random, rows, columns);
+    const image<float> disparity = testing::random_disparity(random, rows, columns);
     std::vector<std::uint8_t> photo_memory(rows * photo_stride, 255);
     std::vector<float> map_memory(rows * map_stride, -1.0F);
     const image_view<std::uint8_t> photo(photo_memory.data(), rows, columns, 3, photo_stride);

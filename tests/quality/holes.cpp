@@ -27,11 +27,11 @@ struct scene {
 
 /// The geometry of a 3D photo, without colors.
 scene make_scene(const ldi::image<float>& disparity, const ldi::expand_options& options = {}) {
-    ldi::photo_layer lifted = ldi::test::lift_disparity(disparity);
+    ldi::photo_layer lifted = ldi::testing::lift_disparity(disparity);
     const ldi::buffer<ldi::discontinuity_curve> curves = ldi::find_discontinuity_curves(lifted, {});
     ldi::close_spurious_discontinuities(lifted, curves);
     scene result;
-    result.facts = ldi::test::facts_of(lifted.topology());
+    result.facts = ldi::testing::facts_of(lifted.topology());
     auto [layers, motion] = ldi::expand(std::move(lifted), {}, curves, options);
     result.layers = std::move(layers), result.facts.motion = motion;
     const ldi::chart_set charts = ldi::make_charts(result.layers, {});
@@ -129,7 +129,7 @@ TEST_CASE("no camera within the motion sees a hole where curves end or meet") {
 TEST_CASE("no camera sees a hole in random scenes") {
     std::mt19937 random(24);
     for (int round = 0; round < 24; ++round) {
-        const hole_report report = holes_of(make_scene(ldi::test::random_disparity(random, 90, 120)), 250);
+        const hole_report report = holes_of(make_scene(ldi::testing::random_disparity(random, 90, 120)), 250);
         CAPTURE(round, report.views_with_holes, report.most_pixels);
         CHECK(largest_of(report) == 0);
     }

@@ -11,7 +11,7 @@
 #include <random>
 
 using namespace ldi;
-using test::own_view, test::scene_range;
+using testing::own_view, testing::scene_range;
 
 namespace {
 
@@ -37,8 +37,8 @@ TEST_CASE("drawn from where it was taken, a layered image shows its first layer 
     std::mt19937 random(3);
     for (int trial = 0; trial < 20; ++trial) {
         const std::size_t rows = 8 + random() % 30, columns = 8 + random() % 30;
-        const image<float> disparity = test::random_disparity(random, rows, columns);
-        photo_layers layers = test::lifted_layers(disparity);
+        const image<float> disparity = testing::random_disparity(random, rows, columns);
+        photo_layers layers = testing::lifted_layers(disparity);
         color_at_random(layers, random);
         const view v = own_view(layers.topology());
         const rendering picture = render_layers(layers, scene_range, v, v);
@@ -80,7 +80,7 @@ TEST_CASE("colors run smoothly over links, and not at all where there is none") 
 
 TEST_CASE("threads do not change the picture") {
     std::mt19937 random(8);
-    photo_layers layers = test::lifted_layers(test::random_disparity(random, 60, 50));
+    photo_layers layers = testing::lifted_layers(testing::random_disparity(random, 60, 50));
     color_at_random(layers, random);
     const view v = own_view(layers.topology());
     raster_options options;

@@ -15,7 +15,7 @@
 #include <vector>
 
 using namespace ldi;
-using test::own_view, test::scene_range;
+using testing::own_view, testing::scene_range;
 
 namespace {
 
@@ -30,7 +30,7 @@ view random_view(const view& from, std::mt19937& random) {
 }
 
 photo_layers random_lifted(std::mt19937& random, std::size_t rows, std::size_t columns) {
-    photo_layers layers = test::lifted_layers(test::random_disparity(random, rows, columns));
+    photo_layers layers = testing::lifted_layers(testing::random_disparity(random, rows, columns));
     for (std::uint8_t& value : layers.column<color_column>()) value = static_cast<std::uint8_t>(random());
     return layers;
 }
@@ -96,7 +96,7 @@ TEST_CASE("from any view a peeled layered image is sound, and its first layer is
 }
 
 TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
-    const photo_layers layers = test::lifted_layers(image<float>(24, 30, 1, 0.4F));
+    const photo_layers layers = testing::lifted_layers(image<float>(24, 30, 1, 0.4F));
     const view v = own_view(layers.topology());
     for (const float shift : {3.0F, -7.0F, 2.4F, 0.3F}) {
         const photo_layers peeled = peel(layers, scene_range, v, moved_view(v.camera, scene_range, 0.4F, shift)).layers;
@@ -117,7 +117,7 @@ TEST_CASE("a plane seen from aside stays one sheet, linked everywhere") {
 }
 
 TEST_CASE("a near strip lies before the plane behind it, and neither is linked to the other") {
-    photo_layers layers = test::lifted_layers(image<float>(16, 40, 1, 0.0F));
+    photo_layers layers = testing::lifted_layers(image<float>(16, 40, 1, 0.0F));
     for (std::int32_t y = 0; y < 16; ++y)
         for (std::int32_t x = 15; x < 20; ++x) layers.column<disparity_column>()[static_cast<std::size_t>(y * 40 + x)] = 1;
     for (std::int32_t y = 0; y < 16; ++y)
@@ -143,7 +143,7 @@ TEST_CASE("a near strip lies before the plane behind it, and neither is linked t
 
 TEST_CASE("a slope that folds back is linked on either side of the fold only, and is gone where backs are left out") {
     // Steep enough that its far end overtakes its near end: drawn mirrored, behind nothing.
-    photo_layers layers = test::lifted_layers(image<float>(6, 40, 1, 0.0F));
+    photo_layers layers = testing::lifted_layers(image<float>(6, 40, 1, 0.0F));
     for (std::size_t i = 0; i < layers.size(); ++i)
         layers.column<disparity_column>()[i] = std::clamp(static_cast<float>(layers.topology().x()[i] - 10) * 0.1F, 0.0F, 1.0F);
     const view v = own_view(layers.topology());

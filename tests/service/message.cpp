@@ -7,7 +7,7 @@
 
 using namespace ldi;
 using namespace ldi::examples;
-using ldi::test::raised;
+using ldi::testing::raised;
 
 namespace {
 

@@ -12,9 +12,9 @@
 
 using namespace ldi;
 using namespace ldi::examples;
-using ldi::test::byte_string;
-using ldi::test::raised;
-using ldi::test::scratch_folder;
+using ldi::testing::byte_string;
+using ldi::testing::raised;
+using ldi::testing::scratch_folder;
 
 TEST_CASE("a folder gives back what was put into it, also anew") {
     const scratch_folder folder;

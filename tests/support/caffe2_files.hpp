@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-namespace ldi_test {
+namespace ldi::testing {
 
-using bytes = std::vector<std::uint8_t>;
+using octets = std::vector<std::uint8_t>;
 
 struct caffe2_files {
-    bytes network, weights;
+    octets network, weights;
 };
 
 /// Collects the operators of one NetDef.
@@ -67,7 +67,7 @@ public:
 
     void add(const operator_writer& op) { protozero::pbf_writer(data_).add_message(2, op.data); }
     void add_text(std::uint32_t field, const std::string& value) { protozero::pbf_writer(data_).add_string(field, value); }
-    bytes finish() const { return bytes(data_.begin(), data_.end()); }
+    octets finish() const { return octets(data_.begin(), data_.end()); }
 
 private:
     std::string data_;
@@ -126,7 +126,7 @@ inline caffe2_files small_network() {
 /// Damages the files: every 4 bytes of `edits` are one edit (kind, position low, position high, value).
 inline caffe2_files damaged(caffe2_files files, const std::uint8_t* edits, std::size_t size) {
     for (; size >= 4; edits += 4, size -= 4) {
-        bytes& file = (edits[0] & 1) != 0 ? files.weights : files.network;
+        octets& file = (edits[0] & 1) != 0 ? files.weights : files.network;
         if (file.empty()) continue;
         const std::size_t at = (edits[1] + std::size_t{256} * edits[2]) % file.size();
         const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(at);
@@ -143,4 +143,4 @@ inline caffe2_files damaged(caffe2_files files, const std::uint8_t* edits, std::
     return files;
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing

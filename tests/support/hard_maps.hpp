@@ -10,7 +10,7 @@
 #include <random>
 #include <string_view>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 /// The names that hard_map() knows.
 inline constexpr std::string_view hard_maps[] = {"flat",   "ramp", "stripes", "comb",   "checkerboard",
@@ -61,4 +61,4 @@ inline image<std::uint8_t> noisy_photo(std::size_t rows, std::size_t columns) {
     return photo;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

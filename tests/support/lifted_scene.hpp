@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <random>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 inline photo_layer lift_disparity(const image<float>& disparity) {
     return lift(image<std::uint8_t>(disparity.height(), disparity.width(), 3, std::uint8_t{100}), disparity);
@@ -54,4 +54,4 @@ inline image<float> random_disparity(std::mt19937& random, std::size_t rows, std
     return map;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 /// All bytes of a file; empty if there is none.
 inline std::vector<std::uint8_t> read_bytes(const std::string& path) {
@@ -48,4 +48,4 @@ npy_array<Scalar> read_npy(const std::string& path) {
     return result;
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing

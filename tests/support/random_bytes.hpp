@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 struct random_bytes {
     std::mt19937 engine{1};
@@ -36,4 +36,4 @@ inline std::vector<ldi::isa> available_isas() {
     return sets;
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing

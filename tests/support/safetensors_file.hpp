@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 /// The header's length, the header, the data.
 inline std::vector<std::byte> safetensors_file(std::string_view header, const std::vector<std::byte>& data = {}) {
@@ -26,4 +26,4 @@ std::vector<std::byte> bytes_of_values(const std::vector<Scalar>& values) {
     return bytes;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

@@ -5,7 +5,7 @@
 #include <ldi/core/layered_image.hpp>
 #include <ldi/render/camera.hpp>
 
-namespace ldi::test {
+namespace ldi::testing {
 
 inline const depth_range scene_range{1, 5};
 
@@ -15,4 +15,4 @@ inline view own_view(const graph_view& g) {
     return v;
 }
 
-}  // namespace ldi::test
+}  // namespace ldi::testing

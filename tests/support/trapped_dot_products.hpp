@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 class trapped_dot_products {
 public:
@@ -94,6 +94,6 @@ private:
     trapped_instructions trap_;
 };
 
-}  // namespace ldi_test
+}  // namespace ldi::testing
 
 #endif

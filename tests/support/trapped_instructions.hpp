@@ -14,7 +14,7 @@
 #include <functional>
 #include <utility>
 
-namespace ldi_test {
+namespace ldi::testing {
 
 /// While it lives, illegal instructions of this thread go to `emulate`, which moves on the instruction pointer, or returns false
 /// for one that it does not know. One at a time.
@@ -89,6 +89,6 @@ inline memory_operand read_operand(const std::uint8_t* modrm, const greg_t* regi
     return found;
 }
 
-}  // namespace ldi_test
+}  // namespace ldi::testing
 
 #endif

@@ -51,7 +51,7 @@ inline photo_layers with_hidden_surfaces(photo_layer lifted) {
 inline photo_layers random_scene(std::mt19937& random, std::size_t rows, std::size_t columns) {
     image<std::uint8_t> color(rows, columns, 3);
     for (std::size_t i = 0; i < color.size(); ++i) color.data()[i] = static_cast<std::uint8_t>(below(random, 256));
-    return with_hidden_surfaces(lift(color, ldi::test::random_disparity(random, rows, columns)));
+    return with_hidden_surfaces(lift(color, ldi::testing::random_disparity(random, rows, columns)));
 }
 
 /// A pair of ../shared/rgbd by its name, at the photo's size or stretched to another; nothing where it is absent. Its disparity

@@ -57,7 +57,7 @@ sheet_scene random_sheet_scene(std::mt19937& random, const serial_executor& thre
     const double scale = 1.01 + static_cast<double>(random() % 500) / 100;
     const std::size_t photo_rows = static_cast<std::size_t>(scale * static_cast<double>(rows));
     const std::size_t photo_columns = static_cast<std::size_t>(scale * static_cast<double>(columns)) + random() % 3;
-    return make_scene(noise(random, photo_rows, photo_columns), ldi::test::random_disparity(random, rows, columns),
+    return make_scene(noise(random, photo_rows, photo_columns), ldi::testing::random_disparity(random, rows, columns),
                       std::int32_t{256} + 16 * static_cast<std::int32_t>(random() % 16), threads);
 }
 
@@ -216,7 +216,7 @@ TEST_CASE("of what the photo mixes at silhouettes next to nothing is left on the
 TEST_CASE("sheets are the same on any number of threads") {
     std::mt19937 random(15);
     const image<std::uint8_t> photo = noise(random, 350, 410);
-    const image<float> disparity = ldi::test::random_disparity(random, 80, 94);
+    const image<float> disparity = ldi::testing::random_disparity(random, 80, 94);
     const sheet_scene serial = make_scene(photo, disparity, 512, serial_executor());
     thread_pool threads(4);
     CHECK(make_scene(photo, disparity, 512, threads).sheets == serial.sheets);

@@ -16,10 +16,10 @@ int main(int count, char** arguments) {
     using std::chrono::steady_clock;
     const std::size_t runs = count > 1 ? std::strtoul(arguments[1], nullptr, 10) : 9;
     const std::string folder = std::string(LDI_SHARED_DIR) + "/tiefenrausch/";
-    const ldi::tiefenrausch network(ldi::read_caffe2(ldi_test::read_bytes(folder + "model/tiefenrausch.pb"),
-                                                     ldi_test::read_bytes(folder + "model/tiefenrausch_init.pb")));
-    const auto photo = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy"),
-               expected = ldi_test::read_npy<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy");
+    const ldi::tiefenrausch network(ldi::read_caffe2(ldi::testing::read_bytes(folder + "model/tiefenrausch.pb"),
+                                                     ldi::testing::read_bytes(folder + "model/tiefenrausch_init.pb")));
+    const auto photo = ldi::testing::read_npy<std::uint8_t>(folder + "golden/columns_384x288_rgb.npy"),
+               expected = ldi::testing::read_npy<std::uint8_t>(folder + "golden/columns_384x288_log_disparity_u8.npy");
     ldi::image<std::uint8_t> rgb(384, 288, 3);
     std::copy(photo.values.begin(), photo.values.end(), rgb.data());
 

@@ -272,7 +272,7 @@ TEST_CASE("chains of layers, in strips and in place, give what the layers give o
             random.picture(8 * random.size_in(1, 4), 8 * random.size_in(1, 12), description.input_channels);
         std::vector<image<std::uint8_t>> tensors{input};
         for (std::size_t i = 0; i < description.operators.size(); ++i) tensors.push_back(reference(description, i, tensors));
-        for (ldi::isa set : ldi_test::available_isas()) {
+        for (ldi::isa set : ldi::testing::available_isas()) {
             const ldi::quantized_network network(description, set);
             CHECK(network.target() == set);
             for (std::size_t count : {1U, 2U, 3U, 8U}) {

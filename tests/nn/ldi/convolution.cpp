@@ -134,7 +134,7 @@ void check_everywhere(const graph_view& g, const convolution_plan& plan, const i
     std::vector<bool> is_chosen(plan.output_count);
     for (const std::int32_t o : subset) is_chosen[static_cast<std::size_t>(o)] = true;
     const convolution_plan restricted = restrict_to(plan, subset);
-    for (const isa target : ldi_test::available_isas()) {
+    for (const isa target : ldi::testing::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
         const outcome whole = run(plan, weights, tensors, is_partial), part = run(restricted, weights, tensors, is_partial);
         bool near = true, same = true;
@@ -209,7 +209,7 @@ TEST_CASE("on an image a convolution is that of images, zero beyond the border")
     for (const std::int32_t k : {3, 5, 7}) {
         const layer l = random_layer(random, k, 6, 20);
         const input_tensor t{random_floats(random, g.size() * 6), 6, {}, {}};
-        for (const isa target : ldi_test::available_isas()) {
+        for (const isa target : ldi::testing::available_isas()) {
             const floats result = run(plan_convolution(g, k), packed(l, target), {t}, false).values;
             double worst = 0;
             for (std::int32_t y = 0; y < height; ++y)
@@ -241,7 +241,7 @@ TEST_CASE("the bits of a result depend neither on the threads nor on what surrou
     const layer l = random_layer(random, 5, 4, 37);
     const input_tensor t{random_floats(random, g.size() * 4), 4, {}, {}};
     const feature_view source = t.source();
-    for (const isa target : ldi_test::available_isas()) {
+    for (const isa target : ldi::testing::available_isas()) {
         const conv_f32_weights weights = packed(l, target);
         const convolution_plan plan = plan_convolution(g, 5), cut_plan = plan_convolution(cut, 5);
         CHECK(cut_plan.irregular.size() == g.size());
@@ -272,7 +272,7 @@ TEST_CASE("far from what is masked a mask changes no bit") {
     const graph g = make_grid(300, 40);
     const layer l = random_layer(random, 3, 9, 21);
     input_tensor t{random_floats(random, g.size() * 9), 9, {}, {}};
-    for (const isa target : ldi_test::available_isas()) {
+    for (const isa target : ldi::testing::available_isas()) {
         t.mask.clear();
         const outcome without = run(plan_convolution(g, 3), packed(l, target), {t}, true);
         t.mask.assign(g.size(), 1);
@@ -321,7 +321,7 @@ TEST_CASE("a convolution of bytes is that of the numbers that they stand for") {
         buffer<std::uint8_t> bytes(expected.size()), expected_mask(plan.output_count), mask(plan.output_count);
         convolve_partially(plan, packed(l, best_isa()), exact_sources, expected, expected_mask, threads);
         const quantization of_numbers{2.0F, 0}, of_bytes{64.0F, 100};
-        for (const isa target : ldi_test::available_isas()) {
+        for (const isa target : ldi::testing::available_isas()) {
             const auto pack = [&](quantization q) {
                 return pack_byte_convolution(target, l.weights, l.bias, l.kernel_size, {l.negative_slope}, quantized, q);
             };
